@@ -8,7 +8,7 @@ use tatu_core::{
     errors::Error,
 };
 
-use crate::plugin::PluginCommand;
+use crate::{plugin::PluginCommand, search};
 
 /// Tatu, a robot simulator made of a small core and plugins.
 #[derive(Parser)]
@@ -398,6 +398,7 @@ impl Changes {
             // `plugins` concerns loading, not what scripts may do.
             allow: self.allow.iter().filter(|a| *a != "plugins").cloned().collect(),
             services: services.iter().map(|s| ServiceOverride::parse(s)).collect::<Result<_, _>>()?,
+            user_settings: search::user_settings()?,
             ..Default::default()
         })
     }

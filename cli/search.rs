@@ -6,7 +6,7 @@ use std::{
 };
 
 use tatu_core::{
-    document::{self, Sources},
+    document::{self, Sources, UserSettings},
     errors::Error,
     plugins::Search,
 };
@@ -65,6 +65,18 @@ fn user_folder_of(variable: impl Fn(&str) -> Option<OsString>) -> Option<PathBuf
         folder("XDG_DATA_HOME").or_else(|| Some(folder("HOME")?.join(".local/share")))?
     };
     Some(data.join("tatu").join("plugins"))
+}
+
+/// Reads the user's settings, if there are any.
+pub fn user_settings() -> Result<UserSettings, Error> {
+    let Some(file) = user_folder().and_then(|f| Some(f.parent()?.join("settings.toml"))) else {
+        return Ok(UserSettings::default());
+    };
+    match std::fs::read_to_string(&file) {
+        Ok(text) => UserSettings::parse(&file, &text),
+        Err(e) if e.kind() == std::io::ErrorKind::NotFound => Ok(UserSettings::default()),
+        Err(e) => Err(Error::new("E105", format!("cannot read your settings {}: {e}", file.display()))),
+    }
 }
 
 fn same_folder(a: &Path, b: &Path) -> bool {

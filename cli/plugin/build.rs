@@ -8,9 +8,12 @@ use std::{
     process::{Command, ExitCode},
 };
 
-use tatu_core::errors::{Error, Result};
+use tatu_core::{
+    errors::{Error, Result},
+    plugins::assets_folder,
+};
 
-use super::project::Project;
+use super::{assets, project::Project};
 use crate::{new::Lang, report};
 
 #[derive(clap::Args)]
@@ -38,6 +41,7 @@ pub fn make(project: &Project) -> Result<bool> {
         Lang::Rust => cargo(project)?,
     };
     if built {
+        put_assets(project)?;
         report::err!("built {}", project.library().display());
     }
     Ok(built)
@@ -142,6 +146,16 @@ fn words(variable: &str) -> Option<Vec<OsString>> {
 
 fn put(new: &Path, library: &Path) -> Result {
     fs::rename(new, library).map_err(|e| failed(format!("cannot write {}: {e}", library.display())))
+}
+
+/// Puts the project's folder `assets/` beside its library, where the plugin finds it.
+fn put_assets(project: &Project) -> Result {
+    let from = project.folder.join("assets");
+    match assets_folder(&project.library()) {
+        Some(to) if from.is_dir() => assets::replace(&from, &to)
+            .map_err(|e| failed(format!("cannot copy {} to {}: {e}", from.display(), to.display()))),
+        _ => Ok(()),
+    }
 }
 
 fn failed(text: impl Into<String>) -> Error {

@@ -10,12 +10,13 @@ use std::{
 use tatu_core::{
     document::Sources,
     errors::{Error, Result},
+    plugins::assets_folder,
 };
 use tempfile::{TempDir, TempPath};
 
 use super::{
     answer::misnamed,
-    archive,
+    archive, assets,
     examine::{Examined, Examiner, READS},
     file,
     folders::{self, same_entry},
@@ -171,6 +172,8 @@ fn library(source: &Path) -> Result<Library> {
 /// Copies a library into the folder, tries it there, and renames it to its final name.
 fn put(library: &Library, name: &str, force: bool, folder: &Path, examiner: &mut Examiner) -> Result<String> {
     let copy = staged(&library.file, folder)?;
+    // They lie beside the copy while it is tried, under a name of its own, too.
+    let assets = StagedAssets::new(&library.file, &copy)?;
     let examined = examiner.examine(&copy);
     if let Some(reason) = examined.reason.clone().or_else(|| examined.useless()) {
         return Err(refused(&library.shown, &reason.renamed(&copy, &library.shown)));
@@ -178,12 +181,13 @@ fn put(library: &Library, name: &str, force: bool, folder: &Path, examiner: &mut
     let id = examined.id().unwrap_or_default();
     let target = folder.join(name);
     let old = replaceable(&examined, &id, &target, force, folder, examiner)?;
+    assets.persist(&target)?;
     copy.persist(&target).map_err(|e| unwritten(&target, &e.error))?;
     let version = examined.version().unwrap_or_default();
     let text = match &old {
         Some((file, was)) => {
             if !same_entry(file, &target) {
-                fs::remove_file(file).map_err(|e| unwritten(file, &e))?;
+                remove_files(file)?;
             }
             format!("replaced `{id}` {was} by {version}: {}", target.display())
         }
@@ -197,6 +201,47 @@ fn put(library: &Library, name: &str, force: bool, folder: &Path, examiner: &mut
         );
     }
     Ok(text)
+}
+
+/// The assets of a library that is being installed; removed when this is dropped.
+struct StagedAssets(Option<PathBuf>);
+
+impl StagedAssets {
+    /// Copies the folder beside a library, if there is one, to its place beside the staged copy.
+    fn new(library: &Path, staged: &Path) -> Result<Self> {
+        let (Some(from), Some(to)) = (assets_folder(library), assets_folder(staged)) else {
+            return Ok(StagedAssets(None));
+        };
+        if !from.is_dir() {
+            return Ok(StagedAssets(None));
+        }
+        assets::replace(&from, &to).map_err(|e| unwritten(&to, &e))?;
+        Ok(StagedAssets(Some(to)))
+    }
+    /// Moves the folder to its place beside the installed library, in place of an older one.
+    fn persist(mut self, target: &Path) -> Result {
+        let Some(to) = assets_folder(target) else { return Ok(()) };
+        let moved = assets::remove(&to).and_then(|()| match self.0.take() {
+            Some(from) => fs::rename(from, &to),
+            None => Ok(()),
+        });
+        moved.map_err(|e| unwritten(&to, &e))
+    }
+}
+
+impl Drop for StagedAssets {
+    fn drop(&mut self) {
+        if let Some(folder) = self.0.take() {
+            let _ = assets::remove(&folder);
+        }
+    }
+}
+
+/// Removes an installed library with its assets.
+fn remove_files(library: &Path) -> Result {
+    fs::remove_file(library).map_err(|e| unwritten(library, &e))?;
+    let Some(folder) = assets_folder(library) else { return Ok(()) };
+    assets::remove(&folder).map_err(|e| unwritten(&folder, &e))
 }
 
 /// Prints the remarks about a plugin that can be loaded.
@@ -309,7 +354,7 @@ fn remove(id: &str, folder: &Path, examiner: &mut Examiner) -> Result<String> {
         let has_help = error.help.is_some();
         return Err(if has_help { error } else { error.help("`tatu plugin list` shows what is installed") });
     };
-    fs::remove_file(file).map_err(|e| unwritten(file, &e))?;
+    remove_files(file)?;
     let id = examined.id().unwrap_or_else(|| id.to_owned());
     Ok(format!("removed `{id}` {}: {}", examined.version().unwrap_or_default(), file.display()))
 }

@@ -9,6 +9,7 @@
 
 mod answer;
 mod archive;
+mod assets;
 mod build;
 mod check;
 mod elf;

@@ -22,7 +22,10 @@ use tatu_core::{
 use tatu_plugin_api::safe::{MOST_BYTES, read_plain};
 
 use super::keys::Keys;
-use crate::args::{Run, ScriptKind};
+use crate::{
+    args::{Run, ScriptKind},
+    search,
+};
 
 /// Most trials.
 const ROUNDS: usize = 10;
@@ -41,6 +44,7 @@ pub fn options(args: &Run) -> Result<Options, Error> {
         seed: c.seed,
         set: c.set.iter().map(|s| Override::parse(s)).collect::<Result<_, _>>()?,
         services: args.services.iter().map(|s| ServiceOverride::parse(s)).collect::<Result<_, _>>()?,
+        user_settings: search::user_settings()?,
         ..Default::default()
     })
 }

@@ -47,6 +47,8 @@ struct OwnHost {
     holder: Holder,
     /// Tables that the plugin gets truncated, with their sizes in bytes.
     needs: Vec<(CString, u32)>,
+    /// The folder of its assets, if there is one.
+    assets: Option<CString>,
 }
 
 /// # Safety
@@ -98,20 +100,28 @@ impl HostTables {
         }
     }
     /// Creates the host object for a plugin. `needs` has ids of tables, and how many bytes of each table the plugin
-    /// requires.
-    pub(crate) fn own(&self, plugin: &str, of_program: bool, needs: Vec<(CString, u32)>) -> *const tatu_host {
+    /// requires; `assets` is the folder of its assets.
+    pub(crate) fn own(
+        &self,
+        plugin: &str,
+        of_program: bool,
+        needs: Vec<(CString, u32)>,
+        assets: Option<CString>,
+    ) -> *const tatu_host {
         let raw = tatu_host {
             size: size_of::<tatu_host>() as u32,
             abi_minor: TATU_ABI_MINOR.into(),
             ctx: std::ptr::null_mut(),
             service: Some(service),
+            assets: std::ptr::null(),
         };
         let holder = Holder { plugin: plugin.to_owned(), of_program };
         let needs = if self.shared.cut && !of_program { needs } else { Vec::new() };
-        let new = Box::into_raw(Box::new(OwnHost { raw, shared: Arc::downgrade(&self.shared), holder, needs }));
+        let new = Box::into_raw(Box::new(OwnHost { raw, shared: Arc::downgrade(&self.shared), holder, needs, assets }));
         // SAFETY: `new` was just allocated and is never freed.
         unsafe {
             (*new).raw.ctx = new.cast();
+            (*new).raw.assets = (*new).assets.as_ref().map_or(std::ptr::null(), |a| a.as_ptr());
             &raw const (*new).raw
         }
     }

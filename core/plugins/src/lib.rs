@@ -45,6 +45,7 @@ pub use declared::{Declared, check_value, describe};
 pub use elf::{Unfit, check as check_library};
 pub use host_tables::{Holder, HostTables};
 pub use inspect::Inspector;
+pub use load::assets_folder;
 pub use registry::{
     ActuatorKind, Choice, CommandEntry, Constant, DeviceKind, FieldInfo, Importer, KindMark, Language, MOST_ELEMENTS,
     Model, NameEntry, Plugin, Prelude, PresetInfo, Registry, SensorKind, ServiceKind, Status,

@@ -176,7 +176,7 @@ impl Loaded {
             ));
         }
         watch.subject(&format!("{id} ({})", path.display()));
-        let own = host.own(&id, search.is_of_program(path), needs_of(&raw));
+        let own = host.own(&id, search.is_of_program(path), needs_of(&raw), assets_of(path));
         Self::check_needs(&raw, host, path, remarks).map_err(|unmet| {
             let help = if unmet.newer_host { UPDATE } else { REBUILD };
             fail(unmet.sentence(), help)
@@ -277,6 +277,20 @@ impl Loaded {
 }
 
 /// Returns the ids of the tables that a plugin needs, and the number of bytes of each.
+/// Returns the folder of assets beside a library: `tatu_lamp.assets` of `libtatu_lamp.so`.
+pub fn assets_folder(library: &Path) -> Option<PathBuf> {
+    let name = library.file_name()?.to_str()?;
+    let stem = name.strip_prefix(std::env::consts::DLL_PREFIX).unwrap_or(name);
+    let stem = stem.strip_suffix(std::env::consts::DLL_SUFFIX)?;
+    Some(library.with_file_name(format!("{stem}.assets")))
+}
+
+/// Returns the folder of a plugin's assets in the form that plugins get, if it exists.
+fn assets_of(library: &Path) -> Option<CString> {
+    let folder = assets_folder(library).filter(|f| f.is_dir())?;
+    CString::new(std::path::absolute(folder).ok()?.into_os_string().into_encoded_bytes()).ok()
+}
+
 fn needs_of(raw: &tatu_plugin_t) -> Vec<(CString, u32)> {
     // SAFETY: the contract requires `needs` to be null or a null-terminated list of tables; it belongs to the library,
     // which is never unloaded.

@@ -392,6 +392,9 @@ struct tatu_host {
   void *ctx;          /* the host's */
   /* [any] The table of a service ("tatu.host.scene/draft.4"), or null. Valid for the lifetime of the host. */
   const void *(TATU_CALL *service)(const tatu_host *, const char *id);
+  /* The folder of the plugin's assets, `tatu_NAME.assets` beside its library `libtatu_NAME.so`: an absolute path, or
+   * null if there is no such folder. What a world computes may depend on its files, so read them in `init`. */
+  const char *assets;
 };
 
 /* A service that a plugin requires, or uses if present. `bytes` and `minor` state once how much of the host it uses;

@@ -47,6 +47,7 @@ pub struct tatu_host {
     pub abi_minor: u32,
     pub ctx: *mut c_void,
     pub service: Option<unsafe extern "C" fn(*const tatu_host, *const c_char) -> *const c_void>,
+    pub assets: *const c_char,
 }
 
 #[repr(C)]

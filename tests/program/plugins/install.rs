@@ -282,3 +282,55 @@ fn archives_with_anything_but_plain_files_are_refused_whole() {
     assert!(!place.path().join(".data").join("tatu/plugins").exists());
     assert!(!place.path().join("escape").exists() && !place.path().parent().unwrap().join("escape").exists());
 }
+
+/// A plugin that starts only if its assets say "hello".
+const READER: &str = r#"
+#include "tatu.h"
+#include <stdio.h>
+#include <string.h>
+static tatu_status init(const tatu_host *host, void **self, tatu_error *error) {
+  char path[4096], text[16] = "";
+  (void)self;
+  if (!TATU_HAS(host, assets)) return tatu_fail(error, TATU_ERR_MISSING, "there are no assets");
+  snprintf(path, sizeof path, "%s/words/greeting.txt", host->assets);
+  FILE *file = fopen(path, "r");
+  if (!file) return tatu_fail(error, TATU_ERR_MISSING, "there is no greeting");
+  if (!fgets(text, sizeof text, file)) text[0] = 0;
+  fclose(file);
+  return strcmp(text, "hello") ? tatu_fail(error, TATU_ERR, "a wrong greeting") : TATU_OK;
+}
+static tatu_status greet(tatu_call *call) { return tatu_return(call, tatu_string("hello")); }
+static const tatu_command greet_command = {.size = sizeof greet_command, .names = TATU_NAME("reader.greet"),
+  .text = "Greets.", .call = greet};
+static const tatu_command *const commands[] = {&greet_command, 0};
+static const tatu_ext_command command = {.size = sizeof command, .commands = commands};
+static const void *extension(void *self, const char *id) { (void)self; return strcmp(id, TATU_COMMAND) ? 0 : &command; }
+TATU_EXPORT const tatu_plugin_t tatu_plugin = {.size = sizeof tatu_plugin, .abi_major = TATU_ABI_MAJOR,
+  .abi_minor = TATU_ABI_MINOR, .id = "org.test.reader", .name = "Reader", .version = "1", .licence = "MIT",
+  .init = init, .extension = extension};
+"#;
+
+#[test]
+fn assets_go_with_their_library() {
+    let place = Place::new();
+    fs::create_dir_all(place.path().join("mine")).unwrap();
+    compile(&place, "reader", READER);
+    install(&place, &["mine/libtatu_reader.so"]).refused(&["there are no assets"]);
+    assert!(installed(&place).is_empty());
+    fs::create_dir_all(place.path().join("mine/tatu_reader.assets/words")).unwrap();
+    place.write("mine/tatu_reader.assets/words/greeting.txt", "hello");
+    install(&place, &["mine/libtatu_reader.so"]).good();
+    assert_eq!(installed(&place), ["libtatu_reader.so", "tatu_reader.assets"]);
+    let listed = place.tatu(&["list", "plugins", "--json"]).good().json().to_string();
+    assert!(listed.contains("org.test.reader"), "{listed}");
+    // New assets replace the old ones; those that the plugin refuses change nothing.
+    place.write("mine/tatu_reader.assets/words/greeting.txt", "goodbye");
+    install(&place, &["mine/libtatu_reader.so", "--force"]).refused(&["a wrong greeting"]);
+    assert_eq!(installed(&place), ["libtatu_reader.so", "tatu_reader.assets"]);
+    assert_eq!(place.read(&format!("{HOME}/tatu_reader.assets/words/greeting.txt")), "hello");
+    // A folder that contains itself has no end.
+    std::os::unix::fs::symlink("..", place.path().join("mine/tatu_reader.assets/words/loop")).unwrap();
+    install(&place, &["mine/libtatu_reader.so", "--force"]).refused(&["nest more than"]);
+    install(&place, &["--remove", "org.test.reader"]).good();
+    assert!(installed(&place).is_empty());
+}

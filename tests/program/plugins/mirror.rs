@@ -51,7 +51,7 @@ mirror! {
     tatu_field_view { ptr, len, elem, dims, time, sequence }
     tatu_contact { shape, point, normal, force }
     tatu_error { size, code, ctx, say, add, text, help, file, traceback, line }
-    tatu_host { size, abi_minor, ctx, service }
+    tatu_host { size, abi_minor, ctx, service, assets }
     tatu_need { size, optional, id, bytes, minor }
     tatu_plugin_t { size, abi_major, abi_minor, id, name, version, licence, needs, init, shutdown, extension }
     tatu_param { size, type_, count, flags, key, unit, lowest, highest, fallback, choices, text, keys }

@@ -485,6 +485,25 @@ fn a_scene_may_ask_for_its_service_and_mistakes_are_told() {
     taken.refused(&["E404", "tatu.service.jsonl", &format!("127.0.0.1:{port}"), "port"]);
 }
 
+#[test]
+fn users_set_defaults_of_services_for_their_machine() {
+    let held = std::net::TcpListener::bind("127.0.0.1:0").unwrap();
+    let port = held.local_addr().unwrap().port();
+    let place = Place::scene(&format!("{}[[service]]\nid = \"jsonl\"\n", watcher("d", "")));
+    let settings = |text: &str| {
+        std::fs::create_dir_all(place.path().join(".data/tatu")).unwrap();
+        place.write(".data/tatu/settings.toml", text);
+    };
+    settings(&format!("[service.jsonl]\nport = {port}\n[service.unknown]\nport = 1\n"));
+    place.run(&["--steps", "2"]).refused(&["E404", &format!("127.0.0.1:{port}")]);
+    // A scene and the command line override them.
+    place.run(&["--steps", "2", "--service", "jsonl:port=0"]).good();
+    settings("[service.jsonl]\nprot = 1\n");
+    place.run(&["--steps", "2"]).refused(&["E101", "`prot`", "settings.toml"]);
+    settings("[physics]\nstep = 1\n");
+    place.run(&["--steps", "2"]).refused(&["E101", "`physics`", "[service.ID]", "settings.toml:1"]);
+}
+
 /// A service in C: it does what its parameter says.
 const IN_C: &str = r#"
 #include <stdio.h>

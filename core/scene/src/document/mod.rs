@@ -36,7 +36,7 @@ pub use import_files::normal;
 pub use live::Beside;
 pub use overrides::{Override, ScriptOverride};
 pub use presets::{Setting, Target, settings as preset_settings};
-pub use services::ServiceOverride;
+pub use services::{ServiceOverride, UserSettings};
 pub use settings::{FRICTION_RULES, FrictionPair, LONGEST, Settings};
 pub use sources::Sources;
 pub use toml::{Options, Written, folder_beside, load, load_part, plugin_folders, save, write};

@@ -1,6 +1,6 @@
 //! Services requested by a scene or on the command line.
 
-use std::collections::BTreeMap;
+use std::{collections::BTreeMap, path::Path};
 
 use tatu_errors::{Error, Place, Result};
 use tatu_plugin_api::safe::Value;
@@ -43,6 +43,52 @@ impl ServiceOverride {
         }
         Ok(ServiceOverride { id: id.trim().to_owned(), params })
     }
+}
+
+/// The user's own settings: defaults for parameters of services, such as ports and devices of their machine. They apply
+/// to nothing that a world computes.
+#[derive(Debug, Clone, Default)]
+pub struct UserSettings {
+    /// For each service, its parameters as written, and where.
+    services: BTreeMap<String, Vec<(String, Item, Place)>>,
+}
+
+impl UserSettings {
+    /// Parses the text of a settings file, which has a table `[service.ID]` for each service.
+    pub fn parse(file: &Path, text: &str) -> Result<Self> {
+        let reader = Text::new(file, text);
+        let document = toml_edit::Document::parse(text).map_err(|e| {
+            Error::new("E100", format!("not a TOML file: {}", e.message())).at(Some(reader.place(e.span())))
+        })?;
+        let mut services = BTreeMap::new();
+        for (key, item) in document.iter() {
+            let wrong = |text: String| Error::new("E101", text).expected("[service.ID] with parameters of the service");
+            let table = item.as_table_like().filter(|_| key == "service");
+            let table = table.ok_or_else(|| wrong(format!("unknown key `{key}` of the user's settings")));
+            for (id, item) in table.map_err(|e| e.at(Some(reader.key(document.as_table(), key))))?.iter() {
+                let Some(params) = item.as_table_like() else {
+                    return Err(wrong(format!("`service.{id}` is not a table")).at(Some(reader.place(item.span()))));
+                };
+                let params = params.iter().map(|(k, v)| (k.to_owned(), v.clone(), reader.key(params, k))).collect();
+                services.insert(id.to_owned(), params);
+            }
+        }
+        Ok(UserSettings { services })
+    }
+}
+
+/// Fills in parameters of services that neither the scene nor the command line sets.
+pub(super) fn fill(document: &mut Document, registry: &Registry, settings: &UserSettings) -> Result {
+    for spec in &mut document.services {
+        let id = &registry.services[spec.kind].id;
+        for (key, item, place) in settings.services.get(id).into_iter().flatten() {
+            let found = param(registry, spec.kind, key, item).map_err(|e| e.at(Some(place.clone())))?;
+            if spec.params.iter().all(|(k, _)| *k != found.0) {
+                spec.params.push(found);
+            }
+        }
+    }
+    Ok(())
 }
 
 /// Reads a `[[service]]` table.

@@ -136,6 +136,8 @@ impl Header {
             sources: Sources::of(files),
             // External programs are not part of the log.
             allow: Vec::new(),
+            // A replay starts no services.
+            user_settings: Default::default(),
         })
     }
 

@@ -1,6 +1,9 @@
 //! The host and its services, looked up once at start.
 
-use std::ffi::{CStr, CString, c_void};
+use std::{
+    ffi::{CStr, CString, c_void},
+    path::Path,
+};
 
 use crate::abi::*;
 use crate::safe::entry::guard;
@@ -89,6 +92,16 @@ impl Host {
         }
     }
 
+    /// Returns the folder of the plugin's assets, `tatu_NAME.assets` beside its library, if there is one. What a world
+    /// computes may depend on its files, so read them at the start.
+    pub fn assets(&self) -> Option<&'static Path> {
+        // SAFETY: the host lives until the plugin's shutdown and begins with its size; the field is read only if it lies
+        // within that size. Its text lives as long as the host.
+        unsafe {
+            let at = self.raw.as_ref().filter(|h| h.size as usize >= size_of::<tatu_host>())?.assets;
+            (!at.is_null()).then(|| CStr::from_ptr(at).to_str().ok().map(Path::new)).flatten()
+        }
+    }
     /// Returns the raw table, for functions that have no wrapper.
     pub fn raw(&self) -> *const tatu_host {
         self.raw

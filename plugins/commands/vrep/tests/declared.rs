@@ -35,8 +35,13 @@ unsafe fn list<T>(p: *const *const T) -> Vec<*const T> {
 }
 
 fn declared() -> (Vec<Declared>, Vec<String>) {
-    let host =
-        tatu_host { size: size_of::<tatu_host>() as u32, abi_minor: 0, ctx: null_mut(), service: Some(no_service) };
+    let host = tatu_host {
+        size: size_of::<tatu_host>() as u32,
+        abi_minor: 0,
+        ctx: null_mut(),
+        service: Some(no_service),
+        assets: std::ptr::null(),
+    };
     let plugin = &tatu_commands_vrep::tatu_plugin.0;
     let mut me = null_mut();
     // SAFETY: the calls follow the order that the header requires: `init`, `extension`, reads, `shutdown`; `host` and

@@ -30,7 +30,7 @@ use toml_edit::{Item, TableLike};
 use super::{
     Builder, Document, Report, import, keys,
     overrides::{self, Override, ScriptOverride},
-    services::{self, ServiceOverride},
+    services::{self, ServiceOverride, UserSettings},
     sources::Sources,
 };
 
@@ -47,6 +47,8 @@ pub struct Options {
     pub scripts: Vec<ScriptOverride>,
     /// `--service`
     pub services: Vec<ServiceOverride>,
+    /// The user's own defaults for parameters of services.
+    pub user_settings: UserSettings,
     /// `--allow`: what scripts may access outside the run: "exec" (other programs), "native" (libraries),
     /// "net=HOST:PORT" (sockets).
     pub allow: Vec<String>,
@@ -90,6 +92,7 @@ pub fn load(file: &Path, registry: &Registry, options: &Options) -> Result<Docum
             None => {
                 overrides::replace_scripts(&mut document, registry, &options.scripts)?;
                 services::apply(&mut document, registry, &options.services)?;
+                services::fill(&mut document, registry, &options.user_settings)?;
                 document.check()?;
                 return Ok(document);
             }

@@ -140,6 +140,7 @@ pub fn build(given: &[(&str, Value)]) -> Result<Record, String> {
         abi_minor: TATU_ABI_MINOR.into(),
         ctx: std::ptr::null_mut(),
         service: Some(no_service),
+        assets: std::ptr::null(),
     };
     let kept = RefCell::new(Record::default());
     let builder = tatu_builder {

@@ -204,8 +204,14 @@ unsafe extern "C" fn call_func(w: WorldRef<'_>, func: tatu_func, frame: *mut tat
     (*frame).error = &raw mut host(w).error.borrow_mut().raw;
     status
 }
-static API: tatu_call_api =
-    tatu_call_api { size: size_of::<tatu_call_api>() as u32, reserved: 0, alloc: Some(frame_alloc), wait: None };
+static API: tatu_call_api = tatu_call_api {
+    size: size_of::<tatu_call_api>() as u32,
+    reserved: 0,
+    alloc: Some(frame_alloc),
+    wait: None,
+    ticket: None,
+    woken: None,
+};
 static COMMANDS: tatu_host_commands = tatu_host_commands {
     size: size_of::<tatu_host_commands>() as u32,
     reserved: 0,
@@ -224,6 +230,7 @@ static COMMANDS: tatu_host_commands = tatu_host_commands {
     drop: None,
     call_func: Some(call_func),
     constant_name: None,
+    wake: None,
 };
 unsafe extern "C" fn prop(_: *const tatu_host, key: LentCStr<'_>) -> tatu_prop {
     match &*key.text() {
@@ -315,6 +322,7 @@ impl Host {
                 abi_minor: 1,
                 ctx: null_mut(),
                 service: Some(service),
+                assets: std::ptr::null(),
             },
             names: RefCell::default(),
             constants: RefCell::default(),

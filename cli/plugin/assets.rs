@@ -1,0 +1,49 @@
+//! The folder of a plugin's assets, beside its library.
+
+use std::{fs, io, path::Path};
+
+/// Maximum nesting depth of a folder of assets. A link to a folder above would nest endlessly.
+const DEEPEST: usize = 16;
+
+/// Replaces the folder `to` by a copy of the folder `from`, which is complete before it gets its name.
+pub fn replace(from: &Path, to: &Path) -> io::Result<()> {
+    let parent = to.parent().unwrap_or(Path::new("."));
+    let new = tempfile::Builder::new().prefix(".tatu-").tempdir_in(parent)?;
+    copy(from, new.path(), DEEPEST)?;
+    remove(to)?;
+    fs::rename(new.keep(), to)?;
+    #[cfg(unix)]
+    {
+        use std::os::unix::fs::PermissionsExt;
+        fs::set_permissions(to, fs::Permissions::from_mode(0o755))?;
+    }
+    Ok(())
+}
+
+/// Removes a folder of assets, if it exists.
+pub fn remove(folder: &Path) -> io::Result<()> {
+    match fs::remove_dir_all(folder) {
+        Err(e) if e.kind() != io::ErrorKind::NotFound => Err(e),
+        _ => Ok(()),
+    }
+}
+
+/// Copies the files and folders of a folder; anything else, such as a pipe, is an error.
+fn copy(from: &Path, to: &Path, depth: usize) -> io::Result<()> {
+    if depth == 0 {
+        return Err(io::Error::other(format!("folders nest more than {DEEPEST} deep")));
+    }
+    for entry in fs::read_dir(from)? {
+        let (path, name) = entry.map(|e| (e.path(), e.file_name()))?;
+        let about = fs::metadata(&path)?;
+        if about.is_dir() {
+            fs::create_dir(to.join(&name))?;
+            copy(&path, &to.join(&name), depth - 1)?;
+        } else if about.is_file() {
+            fs::copy(&path, to.join(&name))?;
+        } else {
+            return Err(io::Error::other(format!("{} is neither a file nor a folder", path.display())));
+        }
+    }
+    Ok(())
+}
