@@ -1,11 +1,13 @@
 //! `tatu list`: lists what plugins provide.
 
-use std::{path::PathBuf, process::ExitCode, sync::Arc};
+use std::{path::Path, process::ExitCode, sync::Arc};
 
 use serde_json::{Value, json};
+use tatu_plugin_api::safe::{MOST_BYTES, read_plain_text};
 use tatu_core::{
     document::Sources,
-    plugins::{Declared, Registry},
+    errors::Error,
+    plugins::{Declared, Found, Model, Registry, Slot},
 };
 
 use crate::{
@@ -84,56 +86,52 @@ fn params(all: &[Declared]) -> Value {
         .collect()
 }
 
+/// Lists models of plugins, and those in folders. A model that cannot be read is a warning.
 fn models(r: &Registry) -> Vec<Value> {
-    r.models
-        .iter()
-        .map(|m| {
-            let plugin = &r.plugins[m.plugin].id;
-            json!({ "id": m.id, "category": m.category, "plugin": plugin, "slots": m.slots, "text": m.text, "parameters": params(&m.params) })
-        })
-        .chain(model_files(r))
-        .collect()
-}
-
-/// Returns the model files in the folder `models` and in those of `TATU_MODEL_PATH`.
-fn model_files(r: &Registry) -> Vec<Value> {
-    let given = std::env::var_os("TATU_MODEL_PATH").unwrap_or_default();
-    let folders = std::iter::once(PathBuf::from("models")).chain(std::env::split_paths(&given));
-    let mut files: Vec<PathBuf> = folders.filter(|f| !f.as_os_str().is_empty()).flat_map(files_below).collect();
-    files.sort();
-    files.dedup();
-    let row = |file: &PathBuf| {
-        let name = file.to_string_lossy();
-        let importer = r.importers.iter().find(|i| i.suffixes.iter().any(|s| name.ends_with(s.as_str())));
-        let by = match importer {
-            Some(i) => r.plugins[i.plugin].id.clone(),
-            None if name.ends_with(".toml") => String::new(),
-            None => return None,
-        };
-        Some(json!({ "id": name, "category": "file", "plugin": by, "slots": [], "text": "a file", "parameters": [] }))
+    let row = |m: &Model, file: Option<&Path>| {
+        let slots: Vec<_> = m.slots.iter().map(slot).collect();
+        let mut row = json!({
+            "id": m.id, "category": m.category, "plugin": r.plugins[m.plugin].id, "slots": slots, "text": m.text,
+            "parameters": params(&m.params), "licence": licence(r, m), "mounts": m.mounts,
+        });
+        if let Some(file) = file {
+            row["file"] = json!(file.display().to_string());
+        }
+        row
     };
-    files.iter().filter_map(row).collect()
-}
-
-/// Returns whether `tatu list models` shows a file of this name.
-pub fn is_model_file(r: &Registry, name: &str) -> bool {
-    model_files(r).iter().any(|row| row["id"] == name)
-}
-
-/// Returns all files below a folder, at most eight levels deep; unreadable folders are skipped.
-fn files_below(folder: PathBuf) -> Vec<PathBuf> {
-    let mut open = vec![(folder, 0)];
-    let mut out = Vec::new();
-    while let Some((folder, depth)) = open.pop() {
-        for entry in std::fs::read_dir(folder).into_iter().flatten().flatten() {
-            match entry.file_type() {
-                Ok(kind) if kind.is_dir() && depth < 8 => open.push((entry.path(), depth + 1)),
-                Ok(kind) if kind.is_file() => out.push(entry.path()),
-                _ => {}
-            }
+    let mut rows: Vec<Value> = r.models.iter().map(|m| row(m, None)).collect();
+    for found in r.found_models() {
+        match found.importer.and_then(|i| r.importers.get(i)) {
+            Some(importer) => rows.push(json!({
+                "id": found.id, "category": "file", "plugin": r.plugins[importer.plugin].id, "slots": [],
+                "text": format!("a file for the importer `{}`", importer.id), "parameters": params(&importer.params),
+                "licence": null, "mounts": [], "file": found.file.display().to_string(),
+            })),
+            None => match found_model(r, &found) {
+                Ok(model) => rows.push(row(&model, Some(&found.file))),
+                Err(e) => report::warning(&e),
+            },
         }
     }
-    out
+    rows
+}
+
+/// Reads a model that was found in a folder.
+pub fn found_model(r: &Registry, found: &Found) -> Result<Model, Error> {
+    let text = read_plain_text(&found.file, MOST_BYTES).map_err(|e| {
+        Error::new("E105", format!("cannot read the model {}: {e}", found.file.display()))
+    })?;
+    r.read_model(&found.id, &found.file, &text)
+}
+
+/// Describes a slot: its alias, what fits, where it is.
+pub fn slot(s: &Slot) -> Value {
+    json!({ "name": s.alias, "mount": s.mount, "text": s.text })
+}
+
+/// Returns the licence of a model, which is that of its plugin unless it says otherwise.
+pub fn licence<'a>(r: &'a Registry, m: &'a Model) -> &'a str {
+    if m.licence.is_empty() && m.file.is_none() { &r.plugins[m.plugin].licence } else { &m.licence }
 }
 
 fn services(r: &Registry) -> Vec<Value> {

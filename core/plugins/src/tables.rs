@@ -39,6 +39,8 @@ table!(
     tatu_actuator,
     tatu_ext_actuator,
     tatu_model,
+    tatu_model_slot,
+    tatu_model_number,
     tatu_ext_model,
     tatu_importer,
     tatu_ext_importer,

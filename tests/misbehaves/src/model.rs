@@ -64,8 +64,12 @@ static MODEL: Shared<tatu_model> = Shared(tatu_model {
     slots: null(),
     build: Some(build),
     category: null(),
+    licence: null(),
+    mounts: null(),
+    slot_infos: null(),
+    numbers: null(),
 });
 static MODELS: List<tatu_model, 2> = List([&raw const MODEL.0, null()]);
 
 pub static EXTENSION: Shared<tatu_ext_model> =
-    Shared(tatu_ext_model { size: size::<tatu_ext_model>(), reserved: 0, models: (&raw const MODELS.0).cast() });
+    Shared(tatu_ext_model { size: size::<tatu_ext_model>(), reserved: 0, models: (&raw const MODELS.0).cast(), read: None });

@@ -3,6 +3,7 @@
 //! - [`Registry`]: loading and ending plugins, and calling them while there is no world;
 //! - `types`: the host's representation of what they offer; `read`: reading a plugin's tables;
 //! - `lookup`: lookup by name;
+//! - `models`: reading of models, and those in folders;
 //! - `actuators`, `importers`, `services`, `kinds`, `events`, `dialects`: reading and lookup of these; `renew`:
 //!   reloading a single plugin.
 
@@ -16,6 +17,7 @@ mod events;
 mod importers;
 mod kinds;
 mod lookup;
+mod models;
 mod read;
 mod renew;
 mod services;
@@ -29,11 +31,12 @@ use super::{
     watchdog::{Call, Watch, Watches},
 };
 use crate::{HostTables, Inspector};
+pub use models::{Found, MODEL_FILE};
 pub use read::MOST_ELEMENTS;
 use tatu_errors::{Error, Result};
 pub use types::{
     ActuatorKind, Choice, CommandEntry, Constant, DeviceKind, FieldInfo, Importer, KindMark, Language, Model,
-    NameEntry, Prelude, PresetInfo, SensorKind, ServiceKind, Status,
+    ModelNumber, NameEntry, Prelude, PresetInfo, SensorKind, ServiceKind, Slot, Status,
 };
 
 /// Everything that plugins offer, in order of plugin ids.
@@ -44,6 +47,8 @@ pub struct Registry {
     pub actuators: Vec<ActuatorKind>,
     /// Models.
     pub models: Vec<Model>,
+    /// Functions that read models from text, with the index of the plugin.
+    readers: Vec<(usize, models::ReadFn)>,
     /// Importers.
     pub importers: Vec<Importer>,
     /// Script languages.
@@ -190,6 +195,7 @@ impl Registry {
             sensors: Vec::new(),
             actuators: Vec::new(),
             models: Vec::new(),
+            readers: Vec::new(),
             importers: Vec::new(),
             languages: Vec::new(),
             commands: Vec::new(),
@@ -280,11 +286,13 @@ impl Registry {
     /// locale are restored; changing them is an error. `subject` names the thing that is being built.
     pub fn watched<T>(&self, plugin: usize, call: Call, subject: &str, f: impl FnOnce() -> T) -> Result<T> {
         let home = ProcessState::now();
-        self.setup.subject(subject);
+        let outer = self.setup.subject(subject);
         let before = self.setup.enter(call, plugin, 0);
         let (done, heard) = guard::capture_errors(f);
         guard::end_if_child();
         self.setup.leave(before);
+        // A model may be built within another.
+        self.setup.subject(&outer);
         let who = || format!("{subject}: plugin `{}`", self.plugins[plugin].id);
         if let Some(what) = home.restore() {
             return Err(Error::new("E321", format!("{} changes {what} in {}", who(), call.text())).help(guard::HELP));

@@ -8,7 +8,7 @@ use std::{
 use tatu_plugin_api::{abi::*, safe::ValueRef};
 
 use super::{
-    CommandEntry, Constant, FieldInfo, KindMark, Language, Model, NameEntry, Prelude, PresetInfo, Registry, SensorKind,
+    CommandEntry, Constant, FieldInfo, KindMark, Language, NameEntry, Prelude, PresetInfo, Registry, SensorKind,
     Status, types::version,
 };
 use crate::{
@@ -176,23 +176,18 @@ impl Registry {
         // SAFETY: the plugin has been started and is never unloaded, and the contract requires its tables to be valid.
         unsafe {
             let Some(ext) = tables::read(self.plugins[plugin].extension::<tatu_ext_model>(TATU_MODEL)) else { return };
-            self.offered(plugin, TATU_MODEL, ext.size, &tables::required!(ext, tatu_ext_model: models));
-            for (_, raw) in tables::list(ext.models) {
+            self.readers.extend(ext.read.map(|read| (plugin, read)));
+            if ext.read.is_none() {
+                self.offered(plugin, TATU_MODEL, ext.size, &tables::required!(ext, tatu_ext_model: models));
+            }
+            for (given, raw) in tables::list(ext.models) {
                 let needed = tables::required!(raw, tatu_model: id, build);
                 let Some(id) = self.named(plugin, "model", raw.id, raw.size, &needed) else { continue };
                 let claimed: Vec<usize> = self.models.iter().filter(|m| m.id == id).map(|m| m.plugin).collect();
                 if !self.is_own(plugin, "model", &id, &claimed) {
                     continue;
                 }
-                self.models.push(Model {
-                    plugin,
-                    id,
-                    text: tables::text(raw.text).unwrap_or_default(),
-                    params: Declared::read_list(raw.params),
-                    category: tables::label(raw.category).unwrap_or_default(),
-                    slots: labels(raw.slots),
-                    raw,
-                });
+                self.models.push(super::models::declared(plugin, id, given, raw));
             }
         }
     }
@@ -335,7 +330,7 @@ impl Registry {
 ///
 /// # Safety
 /// As for [`tables::pointers`].
-unsafe fn labels(list: *const *const c_char) -> Vec<String> {
+pub(super) unsafe fn labels(list: *const *const c_char) -> Vec<String> {
     // SAFETY: the caller guarantees that the list is valid.
     unsafe { tables::pointers(list).into_iter().filter_map(|s| tables::label(s)).collect() }
 }

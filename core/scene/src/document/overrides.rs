@@ -7,7 +7,7 @@ use tatu_plugin_api::safe::Value;
 use tatu_plugins::{Declared, Registry};
 use toml_edit::Item;
 
-use super::{Builder, Document, Made, ScriptSpec, keys, settings};
+use super::{Builder, Document, ScriptSpec, keys, settings};
 use crate::rows::kind_name;
 
 /// A property to override.
@@ -80,6 +80,16 @@ pub fn find(document: &Document, from: Option<usize>, path: &str) -> Result<usiz
             return Ok(one);
         }
     }
+    // Within a model, its own alias names its base.
+    if let Some(base) = from
+        && let Some(rest) = path.strip_prefix(document.objects[base].alias.as_str())
+    {
+        match rest.strip_prefix('/') {
+            None if rest.is_empty() => return Ok(base),
+            Some(rest) if document.names.find(from, path).is_none() => return find(document, from, rest),
+            _ => {}
+        }
+    }
     let (scene, slots) = document.instantiate();
     let base = from.and_then(|f| slots.get(f).copied()).unwrap_or(0);
     // Below a model, a plain name refers to one of its parts.
@@ -120,16 +130,16 @@ pub(super) fn apply(
             continue;
         }
         let object = find(document, o.from, &o.path).map_err(at)?;
-        if let Some((number, key, value)) = model_param(document, registry, object, o).map_err(at)? {
+        if let Some((number, key, value)) = model_param(document, object, o).map_err(at)? {
             if known.iter().any(|(n, k, v)| (*n, k, v) == (number, &key, &value)) {
                 continue;
             }
             return Ok(Some((number, key, value)));
         }
         // The key may be a misspelt parameter of the model.
-        let meant = params_of(document, registry, object)
+        let meant = params_of(document, object)
             .and_then(|(_, params)| keys::find(&o.key, &params, &format!("the model `{}`", o.path)).err());
-        let mut builder = Builder { registry, document, group: 0, place: None };
+        let mut builder = Builder { registry, document, group: 0, place: None, texts: None };
         let declared = builder.declared(object);
         let owner = format!("`{}`, a {}", o.path, kind_name(builder.document.objects[object].kind));
         let ((declared, target), factor) = keys::find(&o.key, &declared, &owner)
@@ -142,23 +152,14 @@ pub(super) fn apply(
 }
 
 /// Returns the number and the parameters of the model with this base object.
-fn params_of(document: &Document, registry: &Registry, object: usize) -> Option<(usize, Vec<(Declared, ())>)> {
-    let number = document.models.iter().position(|m| m.base == object)?;
-    let params = match document.models[number].made {
-        Made::Model(m) => &registry.models[m].params,
-        Made::Import(i) => &registry.importers[i].params,
-    };
-    Some((number, params.iter().map(|p| (p.clone(), ())).collect()))
+fn params_of(document: &Document, object: usize) -> Option<(usize, Vec<(Declared, ())>)> {
+    let model = document.models.iter().find(|m| m.base == object)?;
+    Some((model.number, model.params.iter().map(|p| (p.clone(), ())).collect()))
 }
 
 /// Returns the override as a parameter of the model with this base object, if it is one.
-fn model_param(
-    document: &Document,
-    registry: &Registry,
-    object: usize,
-    o: &Override,
-) -> Result<Option<(usize, String, Value)>> {
-    let Some((number, declared)) = params_of(document, registry, object) else { return Ok(None) };
+fn model_param(document: &Document, object: usize, o: &Override) -> Result<Option<(usize, String, Value)>> {
+    let Some((number, declared)) = params_of(document, object) else { return Ok(None) };
     let Ok((entry, factor)) = keys::find(&o.key, &declared, "") else { return Ok(None) };
     let value = keys::to_value(&o.item, factor)?;
     let value = keys::check(&entry.0, &o.key, value)?;

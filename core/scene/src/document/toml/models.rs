@@ -1,0 +1,105 @@
+//! Which model a name stands for, and models that are described by text.
+
+use std::path::{Path, PathBuf};
+
+use nalgebra::Isometry3;
+use tatu_errors::{Error, Result};
+use tatu_plugins::{MODEL_FILE, Model, Registry};
+use toml_edit::Item;
+
+use super::{
+    super::{Builder, sources::Sources},
+    Reader,
+};
+
+/// What a name of a model stands for.
+pub(super) enum Named {
+    /// The model of a plugin, by its index.
+    Code(usize),
+    /// A model that a plugin has read from text.
+    Text(Box<Model>),
+    /// A scene file without a table `[model]`.
+    Scene(PathBuf),
+    /// A file of another format.
+    File(PathBuf),
+}
+
+/// The name under which a document remembers where a model was found, so that it finds the same one again without the
+/// disk. No file has it.
+fn remembered(id: &str) -> PathBuf {
+    Path::new("<models>").join(id)
+}
+
+/// Returns whether a scene file describes a model with parameters.
+pub(super) fn describes_model(text: &str) -> bool {
+    text.contains("[model")
+        && toml_edit::Document::parse(text).is_ok_and(|doc| matches!(doc.get("model"), Some(Item::Table(_))))
+}
+
+/// Finds a model by its name in the folders for models, or where it was found the first time; returns its file.
+pub(super) fn find(id: &str, registry: &Registry, sources: &Sources) -> Option<PathBuf> {
+    match sources.are_kept() {
+        true => sources.read_text(&remembered(id)).ok().map(PathBuf::from),
+        false => registry.find_model(id).map(|f| f.file),
+    }
+}
+
+pub(super) fn unreadable(id: &str, file: &Path, why: &std::io::Error) -> Error {
+    Error::new("E105", format!("cannot read the model `{id}`: {why}")).expected(format!("a file {}", file.display()))
+}
+
+/// Returns the name of the model in a file: that of its folder, or of the file.
+fn name_of(file: &Path) -> String {
+    let folder = file.parent().and_then(Path::file_name);
+    let named = if file.file_name().is_some_and(|n| n == MODEL_FILE) { folder } else { None };
+    named.or(file.file_stem()).map_or("model".into(), |s| s.to_string_lossy().into_owned())
+}
+
+impl Reader<'_> {
+    /// Returns what a name stands for: a file, if it ends with `.toml`; otherwise a model of a plugin, or one that lies
+    /// in a folder for models.
+    pub(super) fn named(&self, b: &Builder<'_>, id: &str) -> Result<Named> {
+        if id.ends_with(".toml") {
+            let file = self.text.file.parent().unwrap_or(Path::new("")).join(id);
+            let text = b.document.sources.read_text(&file).map_err(|e| unreadable(id, &file, &e))?;
+            return match describes_model(&text) {
+                true => Ok(Named::Text(Box::new(self.registry.read_model(&name_of(&file), &file, &text)?))),
+                false => Ok(Named::Scene(file)),
+            };
+        }
+        let sources = &b.document.sources;
+        let found = find(id, self.registry, sources);
+        let by = found.as_ref().and_then(|file| self.served_by(file));
+        if let Some(index) = self.registry.model(id, by, &b.document.settings.providers)? {
+            return Ok(Named::Code(index));
+        }
+        let Some(file) = found else { return Err(Error::new("E107", format!("there is no model `{id}`"))) };
+        if !sources.are_kept() {
+            sources.keep(&remembered(id), file.to_string_lossy().into_owned().into_bytes());
+        }
+        if file.extension().is_none_or(|e| e != "toml") {
+            return Ok(Named::File(file));
+        }
+        let text = sources.read_text(&file).map_err(|e| unreadable(id, &file, &e))?;
+        Ok(Named::Text(Box::new(self.registry.read_model(id, &file, &text)?)))
+    }
+
+    /// Returns the plugin that serves a model in a folder: the reader of texts, or an importer's.
+    pub(super) fn served_by(&self, file: &Path) -> Option<usize> {
+        let name = file.to_string_lossy();
+        if name.ends_with(".toml") {
+            // Without a reader, the error must say so, rather than that there is no such model.
+            return Some(self.registry.model_reader().unwrap_or(0));
+        }
+        let importer = self.registry.importers.iter().find(|i| i.suffixes.iter().any(|s| name.ends_with(s.as_str())));
+        importer.map(|i| i.plugin)
+    }
+
+    /// Makes a world of the model that the current file describes, with the default values of its parameters.
+    pub(super) fn alone(&mut self, b: &mut Builder<'_>) -> Result {
+        let model = self.registry.read_model(&name_of(self.text.file), self.text.file, self.text.text)?;
+        let changed = b.document.model_params.iter().filter(|(n, _, _)| *n == 0);
+        let params: Vec<_> = changed.map(|(_, k, v)| (k.clone(), v.clone())).collect();
+        self.built(b, &model, &params, None, Isometry3::identity(), None).map(drop)
+    }
+}
