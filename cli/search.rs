@@ -8,7 +8,7 @@ use std::{
 use tatu_core::{
     document::{self, Sources},
     errors::Error,
-    plugins::Search,
+    plugins::{MODEL_FILE, Search},
 };
 
 /// The folders that are searched for plugins and models, and those of the scene that are not.
@@ -52,7 +52,12 @@ pub fn searched(scene: Option<&Path>, sources: &Sources, allow: &[String]) -> Re
 /// Returns the folders in which models are searched by name, in order: beside the scene (or in the working folder), those
 /// of the environment, the user's, and the program's.
 fn model_folders(scene: Option<&Path>, exe: Option<&Path>) -> Vec<PathBuf> {
-    let mut folders = vec![scene.and_then(Path::parent).unwrap_or(Path::new("")).join("models")];
+    let here = scene.and_then(Path::parent).unwrap_or(Path::new(""));
+    let mut folders = vec![here.join("models")];
+    // A model that is opened itself finds its neighbours.
+    if scene.and_then(Path::file_name).is_some_and(|n| n == MODEL_FILE) {
+        folders.extend(std::path::absolute(here).ok().and_then(|f| f.parent().map(Path::to_owned)));
+    }
     let given = std::env::var_os("TATU_MODEL_PATH").unwrap_or_default();
     folders.extend(std::env::split_paths(&given).filter(|f| !f.as_os_str().is_empty()));
     folders.extend(user_folder().map(|f| f.with_file_name("models")));

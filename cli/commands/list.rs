@@ -1,6 +1,10 @@
 //! `tatu list`: lists what plugins provide.
 
-use std::{path::Path, process::ExitCode, sync::Arc};
+use std::{
+    path::{Path, PathBuf},
+    process::ExitCode,
+    sync::Arc,
+};
 
 use serde_json::{Value, json};
 use tatu_plugin_api::safe::{MOST_BYTES, read_plain_text};
@@ -113,6 +117,7 @@ fn models(r: &Registry) -> Vec<Value> {
             },
         }
     }
+    rows.extend(model_files(r));
     rows
 }
 
@@ -132,6 +137,55 @@ pub fn slot(s: &Slot) -> Value {
 /// Returns the licence of a model, which is that of its plugin unless it says otherwise.
 pub fn licence<'a>(r: &'a Registry, m: &'a Model) -> &'a str {
     if m.licence.is_empty() && m.file.is_none() { &r.plugins[m.plugin].licence } else { &m.licence }
+}
+
+/// Returns the other files in the folder `models` and in those of `TATU_MODEL_PATH` that scenes can name by their path.
+fn model_files(r: &Registry) -> Vec<Value> {
+    let given = std::env::var_os("TATU_MODEL_PATH").unwrap_or_default();
+    let folders = std::iter::once(PathBuf::from("models")).chain(std::env::split_paths(&given));
+    let mut files: Vec<PathBuf> = folders.filter(|f| !f.as_os_str().is_empty()).flat_map(files_below).collect();
+    files.sort();
+    files.dedup();
+    // The files of a model's own folder belong to it.
+    let found = r.found_models();
+    files.retain(|file| !found.iter().any(|f| f.file == *file || in_folder_of(f, file)));
+    let row = |file: &PathBuf| {
+        let name = file.to_string_lossy();
+        let importer = r.importers.iter().find(|i| i.suffixes.iter().any(|s| name.ends_with(s.as_str())));
+        let by = match importer {
+            Some(i) => r.plugins[i.plugin].id.clone(),
+            None if name.ends_with(".toml") => String::new(),
+            None => return None,
+        };
+        Some(json!({ "id": name, "category": "file", "plugin": by, "slots": [], "text": "a file", "parameters": [] }))
+    };
+    files.iter().filter_map(row).collect()
+}
+
+/// Returns whether a file is in the folder of a model.
+fn in_folder_of(model: &Found, file: &Path) -> bool {
+    model.file.parent().is_some_and(|f| f.ends_with(&model.id) && file.starts_with(f))
+}
+
+/// Returns whether `tatu list models` shows a file of this name.
+pub fn is_model_file(r: &Registry, name: &str) -> bool {
+    model_files(r).iter().any(|row| row["id"] == name)
+}
+
+/// Returns all files below a folder, at most eight levels deep; unreadable folders are skipped.
+fn files_below(folder: PathBuf) -> Vec<PathBuf> {
+    let mut open = vec![(folder, 0)];
+    let mut out = Vec::new();
+    while let Some((folder, depth)) = open.pop() {
+        for entry in std::fs::read_dir(folder).into_iter().flatten().flatten() {
+            match entry.file_type() {
+                Ok(kind) if kind.is_dir() && depth < 8 => open.push((entry.path(), depth + 1)),
+                Ok(kind) if kind.is_file() => out.push(entry.path()),
+                _ => {}
+            }
+        }
+    }
+    out
 }
 
 fn services(r: &Registry) -> Vec<Value> {

@@ -37,6 +37,11 @@ pub fn model(id: &str, params: &[Declared]) -> String {
     format!("[[model]]\nmodel = {}\nposition_m = [0.0, 0.0, 0.0]\n{}", quoted(id), lines(params))
 }
 
+/// Returns an example of a model in a file.
+pub fn model_file(file: &str) -> String {
+    format!("[[model]]\nfile = {}\nposition_m = [0.0, 0.0, 0.0]\n", quoted(file))
+}
+
 /// Returns an example of a file that an importer reads.
 pub fn importer(suffix: &str, params: &[Declared]) -> String {
     let file = quoted(&format!("my_file{suffix}"));

@@ -65,6 +65,12 @@ pub fn all(r: &Registry, id: &str) -> Vec<Json> {
     if let Some(found) = r.find_model(id) {
         out.extend(found_model(r, &found));
     }
+    if list::is_model_file(r, id) {
+        out.push(json!({
+            "what": "model", "id": id, "text": "a file, which scenes name by its path relative to their folder",
+            "example": example::model_file(id),
+        }));
+    }
     for i in r.importers.iter().filter(|i| i.id == id) {
         let suffix = i.suffixes.first().map_or("", String::as_str);
         out.push(json!({

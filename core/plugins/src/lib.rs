@@ -39,6 +39,7 @@ pub mod thread_grant;
 pub mod units;
 pub mod watchdog;
 
+pub use checks::parameters as parameter_flaws;
 pub use declared::{Declared, check_value, describe};
 pub use elf::{Unfit, check as check_library};
 pub use host_tables::{Holder, HostTables};

@@ -7,7 +7,11 @@
 //! - `actuators`, `importers`, `services`, `kinds`, `events`, `dialects`: reading and lookup of these; `renew`:
 //!   reloading a single plugin.
 
-use std::{collections::BTreeMap, path::PathBuf, sync::Arc};
+use std::{
+    collections::BTreeMap,
+    path::PathBuf,
+    sync::{Arc, OnceLock},
+};
 
 use tatu_plugin_api::abi::*;
 
@@ -49,6 +53,8 @@ pub struct Registry {
     pub models: Vec<Model>,
     /// Functions that read models from text, with the index of the plugin.
     readers: Vec<(usize, models::ReadFn)>,
+    /// Id and description of the models in folders.
+    found: OnceLock<Vec<(String, String)>>,
     /// Importers.
     pub importers: Vec<Importer>,
     /// Script languages.
@@ -196,6 +202,7 @@ impl Registry {
             actuators: Vec::new(),
             models: Vec::new(),
             readers: Vec::new(),
+            found: OnceLock::new(),
             importers: Vec::new(),
             languages: Vec::new(),
             commands: Vec::new(),

@@ -7,7 +7,10 @@ use std::{
 };
 
 use tatu_errors::{Error, Place, Result};
-use tatu_plugin_api::{abi::*, safe::ValueRef};
+use tatu_plugin_api::{
+    abi::*,
+    safe::{MOST_BYTES, ValueRef, read_plain_text},
+};
 
 use super::{Model, ModelNumber, Registry, Slot, read::labels};
 use crate::{
@@ -151,6 +154,27 @@ impl Registry {
                 Some(Found { id: id.to_owned(), file, importer: Some(importer) })
             })
         })
+    }
+
+    /// Returns id and description of a model: those of plugins come first, then those in folders, as they were when this
+    /// was first asked. Models that cannot be read are left out.
+    pub fn model_at(&self, index: usize) -> Option<(&str, &str)> {
+        if let Some(model) = self.models.get(index) {
+            return Some((&model.id, &model.text));
+        }
+        let found = self.found.get_or_init(|| {
+            let described = |f: Found| match f.importer.and_then(|i| self.importers.get(i)) {
+                Some(importer) => Some((f.id, importer.text.clone())),
+                None => {
+                    let text = read_plain_text(&f.file, MOST_BYTES).ok()?;
+                    self.read_model(&f.id, &f.file, &text).ok().map(|m| (m.id, m.text))
+                }
+            };
+            // One that a plugin offers as well is in the list already.
+            let new = self.found_models().into_iter().filter(|f| self.models.iter().all(|m| m.id != f.id));
+            new.filter_map(described).collect()
+        });
+        found.get(index - self.models.len()).map(|(id, text)| (id.as_str(), text.as_str()))
     }
 
     /// Returns the models in all folders for models, in order of their names.

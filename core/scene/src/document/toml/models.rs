@@ -3,8 +3,8 @@
 use std::path::{Path, PathBuf};
 
 use nalgebra::Isometry3;
-use tatu_errors::{Error, Result};
-use tatu_plugins::{MODEL_FILE, Model, Registry};
+use tatu_errors::{Error, Place, Result};
+use tatu_plugins::{MODEL_FILE, Model, Registry, parameter_flaws};
 use toml_edit::Item;
 
 use super::{
@@ -63,7 +63,7 @@ impl Reader<'_> {
             let file = self.text.file.parent().unwrap_or(Path::new("")).join(id);
             let text = b.document.sources.read_text(&file).map_err(|e| unreadable(id, &file, &e))?;
             return match describes_model(&text) {
-                true => Ok(Named::Text(Box::new(self.registry.read_model(&name_of(&file), &file, &text)?))),
+                true => Ok(Named::Text(Box::new(self.read_model(&name_of(&file), &file, &text)?))),
                 false => Ok(Named::Scene(file)),
             };
         }
@@ -81,7 +81,18 @@ impl Reader<'_> {
             return Ok(Named::File(file));
         }
         let text = sources.read_text(&file).map_err(|e| unreadable(id, &file, &e))?;
-        Ok(Named::Text(Box::new(self.registry.read_model(id, &file, &text)?)))
+        Ok(Named::Text(Box::new(self.read_model(id, &file, &text)?)))
+    }
+
+    fn read_model(&self, name: &str, file: &Path, text: &str) -> Result<Model> {
+        let model = self.registry.read_model(name, file, text)?;
+        match parameter_flaws(&model.params, true).into_iter().next() {
+            None => Ok(model),
+            Some(flaw) => {
+                let place = Place { file: file.to_owned(), ..Place::default() };
+                Err(Error::new("E111", format!("the model `{name}` cannot be read: {flaw}")).at(Some(place)))
+            }
+        }
     }
 
     /// Returns the plugin that serves a model in a folder: the reader of texts, or an importer's.
@@ -97,7 +108,7 @@ impl Reader<'_> {
 
     /// Makes a world of the model that the current file describes, with the default values of its parameters.
     pub(super) fn alone(&mut self, b: &mut Builder<'_>) -> Result {
-        let model = self.registry.read_model(&name_of(self.text.file), self.text.file, self.text.text)?;
+        let model = self.read_model(&name_of(self.text.file), self.text.file, self.text.text)?;
         let changed = b.document.model_params.iter().filter(|(n, _, _)| *n == 0);
         let params: Vec<_> = changed.map(|(_, k, v)| (k.clone(), v.clone())).collect();
         self.built(b, &model, &params, None, Isometry3::identity(), None).map(drop)

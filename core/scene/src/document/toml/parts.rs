@@ -91,8 +91,12 @@ impl Reader<'_> {
             let inside = e.place.as_ref().is_some_and(|p| p.file != self.text.file);
             let from = at.as_ref().filter(|p| inside && p.line > 0);
             let from = from.map(|p| format!("`{}` is placed in {}:{}", model.id, p.file.display(), p.line));
-            let help: Vec<String> = e.help.iter().cloned().chain(from).collect();
-            let e = if help.is_empty() { e } else { e.help(help.join("; ")) };
+            let e = match (e.help.clone(), from) {
+                (_, None) => e,
+                (None, Some(from)) => e.help(from),
+                (Some(help), Some(from)) if help.ends_with('?') => e.help(format!("{help} {from}")),
+                (Some(help), Some(from)) => e.help(format!("{help}; {from}")),
+            };
             e.at(at)
         })
     }
