@@ -7,12 +7,12 @@ use std::{
 };
 
 use serde_json::{Value, json};
-use tatu_plugin_api::safe::{MOST_BYTES, read_plain_text};
 use tatu_core::{
     document::Sources,
     errors::Error,
     plugins::{Declared, Found, Model, Registry, Slot},
 };
+use tatu_plugin_api::safe::{MOST_BYTES, read_plain_text};
 
 use crate::{
     addons,
@@ -62,7 +62,7 @@ fn plugins(r: &Registry) -> Vec<Value> {
         add(r.commands.iter().any(|c| c.plugin == i), "command");
         add(r.sensors.iter().any(|s| s.plugin == i), "sensor");
         add(r.actuators.iter().any(|a| a.plugin == i), "actuator");
-        add(r.models.iter().any(|m| m.plugin == i), "model");
+        add(r.models.iter().any(|m| m.plugin == i) || r.reads_models(i), "model");
         add(r.importers.iter().any(|m| m.plugin == i), "importer");
         add(r.languages.iter().any(|l| l.plugin == i), "script");
         add(r.services.iter().any(|s| s.plugin == i), "service");
@@ -123,9 +123,8 @@ fn models(r: &Registry) -> Vec<Value> {
 
 /// Reads a model that was found in a folder.
 pub fn found_model(r: &Registry, found: &Found) -> Result<Model, Error> {
-    let text = read_plain_text(&found.file, MOST_BYTES).map_err(|e| {
-        Error::new("E105", format!("cannot read the model {}: {e}", found.file.display()))
-    })?;
+    let text = read_plain_text(&found.file, MOST_BYTES)
+        .map_err(|e| Error::new("E105", format!("cannot read the model {}: {e}", found.file.display())))?;
     r.read_model(&found.id, &found.file, &text)
 }
 

@@ -104,9 +104,8 @@ pub fn all(r: &Registry, id: &str) -> Vec<Json> {
 }
 
 fn model(r: &Registry, m: &Model) -> Json {
-    let number = |n: &ModelNumber| {
-        json!({ "name": n.name, "value": to_json(&n.value), "unit": n.unit, "source": n.source })
-    };
+    let number =
+        |n: &ModelNumber| json!({ "name": n.name, "value": to_json(&n.value), "unit": n.unit, "source": n.source });
     let mut out = json!({
         "what": "model", "id": m.id, "plugin": r.plugins[m.plugin].id, "text": m.text, "category": m.category,
         "licence": list::licence(r, m), "mounts": m.mounts,

@@ -45,7 +45,8 @@ pub use elf::{Unfit, check as check_library};
 pub use host_tables::{Holder, HostTables};
 pub use inspect::Inspector;
 pub use registry::{
-    ActuatorKind, Choice, CommandEntry, Constant, DeviceKind, FieldInfo, Found, Importer, KindMark, Language, MOST_ELEMENTS,
-    MODEL_FILE, Model, ModelNumber, NameEntry, Plugin, Prelude, PresetInfo, Registry, SensorKind, ServiceKind, Slot, Status,
+    ActuatorKind, Choice, CommandEntry, Constant, DeviceKind, FieldInfo, Found, Importer, KindMark, Language,
+    MODEL_FILE, MOST_ELEMENTS, Model, ModelNumber, NameEntry, Plugin, Prelude, PresetInfo, Registry, SensorKind,
+    ServiceKind, Slot, Status,
 };
 pub use search::{Copies, Search, Source};

@@ -157,3 +157,12 @@ pub unsafe fn label(s: *const c_char) -> Option<String> {
     // SAFETY: `s` is not null, and the caller guarantees that it is NUL-terminated and valid during this call.
     (!s.is_null()).then(|| texts::label(unsafe { CStr::from_ptr(s) }.to_bytes()))
 }
+
+/// Returns the names of a null-terminated list, in the form that [`texts::flaw`] expects.
+///
+/// # Safety
+/// As for [`pointers`].
+pub unsafe fn labels(list: *const *const c_char) -> Vec<String> {
+    // SAFETY: the caller guarantees that the list is valid.
+    unsafe { pointers(list).into_iter().filter_map(|s| label(s)).collect() }
+}

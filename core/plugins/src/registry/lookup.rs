@@ -47,12 +47,7 @@ impl Registry {
     }
     /// Returns the index of a model by id, or `None` for one in a folder, if `found` says by which plugin that would be
     /// read.
-    pub fn model(
-        &self,
-        id: &str,
-        found: Option<usize>,
-        providers: &BTreeMap<String, String>,
-    ) -> Result<Option<usize>> {
+    pub fn model(&self, id: &str, found: Option<usize>, providers: &BTreeMap<String, String>) -> Result<Option<usize>> {
         let of_id = self.models.iter().enumerate().filter(|(_, m)| m.id == id);
         let mut claims: Vec<_> = of_id.map(|(i, m)| (i, m.plugin)).collect();
         claims.extend(found.map(|plugin| (usize::MAX, plugin)));

@@ -52,7 +52,7 @@ pub struct Registry {
     /// Models.
     pub models: Vec<Model>,
     /// Functions that read models from text, with the index of the plugin.
-    readers: Vec<(usize, models::ReadFn)>,
+    readers: Vec<(usize, types::ReadModel)>,
     /// Id and description of the models in folders.
     found: OnceLock<Vec<(String, String)>>,
     /// Importers.

@@ -2,7 +2,6 @@
 
 use std::{
     collections::BTreeSet,
-    ffi::c_void,
     path::{Path, PathBuf},
 };
 
@@ -12,7 +11,7 @@ use tatu_plugin_api::{
     safe::{MOST_BYTES, ValueRef, read_plain_text},
 };
 
-use super::{Model, ModelNumber, Registry, Slot, read::labels};
+use super::{Model, ModelNumber, Registry, Slot};
 use crate::{
     Declared,
     border::{ErrorSlot, raw},
@@ -34,15 +33,6 @@ pub struct Found {
     pub importer: Option<usize>,
 }
 
-/// A function that reads a model from text.
-pub(super) type ReadFn = unsafe extern "C" fn(
-    *mut c_void,
-    tatu_str,
-    tatu_str,
-    *mut *const tatu_model,
-    *mut tatu_error,
-) -> tatu_status;
-
 /// Reads what the table of a model declares.
 ///
 /// # Safety
@@ -51,7 +41,7 @@ pub(super) unsafe fn declared(plugin: usize, id: String, given: *const tatu_mode
     // SAFETY: the contract requires texts and lists of a declaration to be valid until shutdown; they are copied.
     unsafe {
         let infos: Vec<Slot> = tables::list(raw.slot_infos).into_iter().map(|(_, s)| slot(&s)).collect();
-        let slots = labels(raw.slots).into_iter().map(|alias| {
+        let slots = tables::labels(raw.slots).into_iter().map(|alias| {
             let info = infos.iter().find(|s| s.alias == alias).cloned();
             info.unwrap_or(Slot { alias, mount: String::new(), text: String::new() })
         });
@@ -69,7 +59,7 @@ pub(super) unsafe fn declared(plugin: usize, id: String, given: *const tatu_mode
             params: Declared::read_list(raw.params),
             category: tables::label(raw.category).unwrap_or_default(),
             licence: text(raw.licence),
-            mounts: labels(raw.mounts),
+            mounts: tables::labels(raw.mounts),
             slots: slots.collect(),
             numbers: tables::list(raw.numbers).iter().map(|(_, n)| number(n)).collect(),
             file: None,
@@ -91,6 +81,11 @@ unsafe fn slot(s: &tatu_model_slot) -> Slot {
 }
 
 impl Registry {
+    /// Returns whether a plugin reads models from text.
+    pub fn reads_models(&self, plugin: usize) -> bool {
+        self.readers.iter().any(|(p, _)| *p == plugin)
+    }
+
     /// Returns the first plugin that reads models from text.
     pub fn model_reader(&self) -> Option<usize> {
         self.readers.first().map(|(plugin, _)| *plugin)
@@ -110,22 +105,26 @@ impl Registry {
             if status == TATU_ERR_UNSUPPORTED {
                 continue;
             }
+            let who = format!("[{} of `{}`]", Call::ReadModel.text(), self.plugins[plugin].id);
             if slot.answer(status, false) < 0 {
                 let said = slot.said();
                 let why = said.text.unwrap_or_else(|| "its reader gave no reason".to_owned());
-                let error = Error::new("E111", format!("the model `{name}` cannot be read: {why}"));
+                // An error without a line may be the plugin's own.
+                let who = if said.line > 0 { String::new() } else { format!(" {who}") };
+                let error = Error::new("E111", format!("the model `{name}` cannot be read: {why}{who}"));
                 let error = match said.help {
                     Some(help) => error.help(help),
                     None => error,
                 };
                 return Err(error.at(Some(Place::of_line(file.to_owned(), text.as_bytes(), said.line as usize))));
             }
-            // SAFETY: the contract requires the model to be a valid table until shutdown.
-            let Some(table) = (unsafe { tables::read(out) }) else { break };
+            // SAFETY: the contract requires the model to be null or a valid table until shutdown.
+            let Some(table) = (unsafe { tables::read(out) }) else {
+                return Err(Error::new("E111", format!("the model `{name}` was read without a result {who}")));
+            };
             let needed = tables::required!(table, tatu_model: id, build);
             if let Some(lack) = tables::lacking(table.size, &needed) {
-                let id = &self.plugins[plugin].id;
-                let text = format!("the model `{name}` that plugin `{id}` has read {lack}");
+                let text = format!("the model `{name}` {lack} {who}");
                 return Err(Error::new("E111", text).help(tables::HELP));
             }
             // SAFETY: as above; `table` is its copy.
@@ -133,7 +132,9 @@ impl Registry {
             return Ok(Model { file: Some(file.to_owned()), ..model });
         }
         let text = format!("no plugin reads the model {}", file.display());
-        Err(Error::new("E111", text).expected("a file with a table [model]").help("`tatu list plugins` shows what is loaded"))
+        Err(Error::new("E111", text)
+            .expected("a file with a table [model]")
+            .help("`tatu list plugins` shows what is loaded"))
     }
 
     /// Finds a model by its name in the folders for models. The first folder in order decides.

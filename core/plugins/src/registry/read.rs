@@ -59,7 +59,7 @@ impl Registry {
     pub(super) unsafe fn suffixes(&mut self, plugin: usize, whose: &str, list: *const *const c_char) -> Vec<String> {
         // SAFETY: the contract requires `list` to be null or a null-terminated list of strings; it belongs to a library
         // that is never unloaded.
-        let mut all = unsafe { labels(list) };
+        let mut all = unsafe { tables::labels(list) };
         all.retain(|suffix| {
             let Some(flaw) = texts::flaw(suffix) else { return true };
             self.refuse(plugin, format!("its {whose} has the suffix `{suffix}`, which {flaw}"), "call it `.mine`");
@@ -133,7 +133,7 @@ impl Registry {
                     continue;
                 }
                 let (schemas, flawed): (Vec<_>, Vec<_>) =
-                    labels(raw.schemas).into_iter().partition(|s| texts::flaw(s).is_none());
+                    tables::labels(raw.schemas).into_iter().partition(|s| texts::flaw(s).is_none());
                 for schema in flawed {
                     let flaw = texts::flaw(&schema).unwrap_or_default();
                     let text =
@@ -324,15 +324,6 @@ impl Registry {
             }
         }
     }
-}
-
-/// Returns the names of a null-terminated list, in the form that [`texts::flaw`] expects.
-///
-/// # Safety
-/// As for [`tables::pointers`].
-pub(super) unsafe fn labels(list: *const *const c_char) -> Vec<String> {
-    // SAFETY: the caller guarantees that the list is valid.
-    unsafe { tables::pointers(list).into_iter().filter_map(|s| tables::label(s)).collect() }
 }
 
 /// Returns the reason that a field is invalid, and a hint, or `None` if it is valid.

@@ -91,6 +91,10 @@ pub struct Model {
     pub raw: tatu_model,
 }
 
+/// A function that reads a model from text.
+pub(super) type ReadModel =
+    unsafe extern "C" fn(*mut c_void, tatu_str, tatu_str, *mut *const tatu_model, *mut tatu_error) -> tatu_status;
+
 /// A place of a model to which others can be attached.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Slot {

@@ -8,10 +8,11 @@
 //! - `presets`: named settings of sensors; `removal`: parts that are taken out again;
 //! - `settings`: settings of the world; `scripts`: scripts in scene files;
 //! - `services`: services that a scene requests;
-//! - `overrides`: `[set]`, `--set`, `--script`;
+//! - `overrides`: `[set]`, `--set`, `--script`; `change`: what they state;
 //! - [`Sources`]: the source files of a document.
 
 mod build;
+mod change;
 mod import;
 mod import_files;
 mod keys;
@@ -33,9 +34,9 @@ use nalgebra::Isometry3;
 use tatu_plugin_api::{abi::TATU_REPORT_NOTE, safe::Value};
 
 pub use build::Builder;
+pub use change::{Override, ScriptOverride};
 pub use import_files::normal;
 pub use live::Beside;
-pub use overrides::{Override, ScriptOverride};
 pub use presets::{Setting, Target, settings as preset_settings};
 pub use services::ServiceOverride;
 pub use settings::{FRICTION_RULES, FrictionPair, LONGEST, Settings};

@@ -20,7 +20,8 @@ pub fn filled(
     let text = doc.raw();
     let mut found: Vec<(Range<usize>, &str)> = Vec::new();
     doc.iter().for_each(|(_, item)| expressions(item, &mut found));
-    let inside = |span: &Range<usize>, all: &[Range<usize>]| all.iter().any(|r| r.start <= span.start && span.end <= r.end);
+    let inside =
+        |span: &Range<usize>, all: &[Range<usize>]| all.iter().any(|r| r.start <= span.start && span.end <= r.end);
     let mut changes: Vec<(Range<usize>, String)> = Vec::new();
     for (span, written) in found {
         if !inside(&span, kept) || inside(&span, dropped) {
@@ -73,7 +74,9 @@ fn expressions<'d>(item: &'d Item, out: &mut Vec<(Range<usize>, &'d str)>) {
 
 fn in_value<'d>(value: &'d Toml, out: &mut Vec<(Range<usize>, &'d str)>) {
     match value {
-        Toml::String(s) if s.value().starts_with('=') => out.extend(value.span().map(|span| (span, s.value().as_str()))),
+        Toml::String(s) if s.value().starts_with('=') => {
+            out.extend(value.span().map(|span| (span, s.value().as_str())))
+        }
         Toml::Array(all) => all.iter().for_each(|v| in_value(v, out)),
         Toml::InlineTable(table) => table.iter().for_each(|(_, v)| in_value(v, out)),
         _ => {}

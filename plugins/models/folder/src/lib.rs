@@ -2,18 +2,19 @@
 //!
 //! - `model`: the table `[model]`; `params`: its parameters; `table`: reading of tables; `wrong`: errors at a line;
 //! - `expression`: arithmetic in values; `fill`: expressions in a text are replaced by what they yield;
-//! - `entries`: the tables of the file, and which of them are built.
+//! - `sections`: where the tables of the file are; `entries`: which of them are built, how often and with which values.
 
 mod entries;
 mod expression;
 mod fill;
 mod model;
 mod params;
+mod sections;
 mod table;
 mod wrong;
 
 use tatu_plugin_api::{
-    safe::{Builder, Host, ModelInfo, ModelReader, Offer, Params, Plugin, Result},
+    safe::{Builder, Fail, Host, ModelInfo, ModelReader, Offer, Params, Plugin, Result},
     tatu_plugin,
 };
 
@@ -39,8 +40,10 @@ impl ModelReader for Texts {
     type Model = Model;
 
     fn read(_: &Folders, name: &str, text: &str) -> Result<(ModelInfo, Model)> {
-        let (info, model) = model::read(text).map_err(|wrong| wrong.in_text(name, text))?;
-        Ok((info, model))
+        match model::read(text).map_err(|wrong| wrong.in_text(name, text))? {
+            Some(read) => Ok(read),
+            None => Err(Fail::unsupported("the file has no table [model]")),
+        }
     }
     fn build(model: &Model, builder: &Builder<'_>, params: &Params<'_>) -> Result {
         let texts = entries::texts(model, params).map_err(|wrong| wrong.in_text("", &model.text))?;

@@ -2,13 +2,13 @@
 
 use std::ops::Range;
 
-use tatu_plugin_api::safe::{ModelInfo, ModelNumber, ModelSlot};
+use tatu_plugin_api::safe::{ModelInfo, ModelNumber, ModelSlot, Param};
 use toml_edit::{Document, Item, TableLike};
 
 use crate::{
-    entries::{self, Entry, Section},
     expression::Value,
     params,
+    sections::{self, Entry, Section},
     table::{each, is_name, named_at, only, optional, required, sub_table, texts},
     wrong::{Result, Wrong},
 };
@@ -33,23 +33,15 @@ pub struct Model {
 
 const KEYS: &[&str] = &["text", "category", "licence", "mount", "base", "params", "numbers", "slots"];
 
-/// Reads the text of a model.
-pub fn read(text: &str) -> Result<(ModelInfo, Model)> {
+/// Reads the text of a model; none if it has no table `[model]`.
+pub fn read(text: &str) -> Result<Option<(ModelInfo, Model)>> {
     let doc = Document::parse(text.to_owned())
         .map_err(|e| Wrong::new(format!("not a TOML file: {}", e.message())).at(e.span()))?;
-    let Some(table) = doc.get("model").and_then(Item::as_table_like) else {
-        return Err(Wrong::new("the file has no table [model]"));
-    };
+    let Some(table) = doc.get("model").and_then(Item::as_table_like) else { return Ok(None) };
     only(table, KEYS, "a model")?;
-    let (sections, entries) = entries::divide(&doc)?;
-    let numbers = numbers(table)?;
+    let (sections, entries) = sections::divide(&doc)?;
     let params = params::read(sub_table(table, "params")?)?;
-    for (number, _, span) in &numbers {
-        if params.iter().any(|p| p.key() == number.name) {
-            let text = format!("`{}` is both a parameter and a number", number.name);
-            return Err(Wrong::new(text).at(Some(span.clone())));
-        }
-    }
+    let numbers = numbers(table, &params)?;
     let info = ModelInfo {
         text: required(table, "text", "a model")?,
         category: optional(table, "category")?,
@@ -68,25 +60,30 @@ pub fn read(text: &str) -> Result<(ModelInfo, Model)> {
         entries,
         doc,
     };
-    Ok((info, model))
+    Ok(Some((info, model)))
 }
 
 /// Reads `[model.numbers]`.
-fn numbers(model: &dyn TableLike) -> Result<Vec<(ModelNumber, Value, Range<usize>)>> {
+fn numbers(model: &dyn TableLike, params: &[Param]) -> Result<Vec<(ModelNumber, Value, Range<usize>)>> {
     let mut out = Vec::new();
-    for (name, table) in each(sub_table(model, "numbers")?, "a number")? {
+    for (name, table, place) in each(sub_table(model, "numbers")?, "a number")? {
         let what = format!("the number `{name}`");
-        is_name(name).map_err(|e| e.at(named_at(table, None)))?;
+        is_name(name).map_err(|e| e.at(place.clone()))?;
+        if params.iter().any(|p| p.key() == name) {
+            return Err(Wrong::new(format!("`{name}` is both a parameter and a number")).at(place));
+        }
         only(table, &["value", "unit", "source"], &what)?;
         let span = named_at(table, Some("value"));
         let value = table.get("value").and_then(Item::as_value).and_then(Value::of_toml);
         let value = value.ok_or_else(|| {
-            let wrong = Wrong::new(format!("{what} has no value")).help("value = 0.0975, or an expression: \"=length / 2\"");
+            let wrong =
+                Wrong::new(format!("{what} has no value")).help("value = 0.0975, or an expression: \"=length / 2\"");
             wrong.at(span.clone())
         })?;
         let source = required(table, "source", &what)
             .map_err(|e| e.help("a document and its page, or \"estimate: \" and the reasoning"))?;
-        let number = ModelNumber { name: name.to_owned(), value: value.to_host(), unit: optional(table, "unit")?, source };
+        let number =
+            ModelNumber { name: name.to_owned(), value: value.to_host(), unit: optional(table, "unit")?, source };
         out.push((number, value, span.unwrap_or_default()));
     }
     Ok(out)
@@ -96,11 +93,11 @@ fn numbers(model: &dyn TableLike) -> Result<Vec<(ModelNumber, Value, Range<usize
 fn slots(model: &dyn TableLike, entries: &[Entry]) -> Result<Vec<ModelSlot>> {
     let mut out = Vec::new();
     let aliases = || entries.iter().filter_map(|e| e.alias.as_deref());
-    for (alias, table) in each(sub_table(model, "slots")?, "a slot")? {
+    for (alias, table, place) in each(sub_table(model, "slots")?, "a slot")? {
         only(table, &["mount", "text"], &format!("the slot `{alias}`"))?;
         if aliases().all(|a| a != alias) && !entries.iter().any(|e| e.opaque || e.repeat.is_some()) {
             let wrong = Wrong::new(format!("no object has the alias `{alias}` of the slot"));
-            return Err(wrong.known(alias, aliases()).at(named_at(table, None)));
+            return Err(wrong.known(alias, aliases()).at(place));
         }
         let (mount, text) = (optional(table, "mount")?, optional(table, "text")?);
         out.push(ModelSlot { alias: alias.to_owned(), mount, text });

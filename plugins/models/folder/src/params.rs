@@ -5,7 +5,7 @@ use toml_edit::{Item, TableLike};
 
 use crate::{
     expression::Value,
-    table::{each, is_name, named_at, only, optional, required, texts},
+    table::{Named, each, is_name, named_at, only, optional, required, texts},
     wrong::{Result, Wrong},
 };
 
@@ -13,21 +13,34 @@ const KEYS: &[&str] = &["type", "unit", "range", "default", "choices", "count", 
 const TYPES: &[&str] = &["float", "int", "bool", "text", "floats", "list"];
 /// Keys of every placed model, which parameters cannot have.
 const TAKEN: &[&str] = &[
-    "model", "file", "alias", "parent", "position", "orientation", "quaternion", "script", "scripts", "set", "remove",
-    "replace", "slots", "kind", "repeat",
+    "model",
+    "file",
+    "alias",
+    "parent",
+    "position",
+    "orientation",
+    "quaternion",
+    "script",
+    "scripts",
+    "set",
+    "remove",
+    "replace",
+    "slots",
+    "kind",
+    "repeat",
 ];
 
 /// Reads the parameters, in the order of the file.
 pub fn read(table: Option<&dyn TableLike>) -> Result<Vec<Param>> {
-    each(table, "a parameter")?.into_iter().map(|(key, table)| param(key, table)).collect()
+    each(table, "a parameter")?.into_iter().map(param).collect()
 }
 
-fn param(key: &str, table: &dyn TableLike) -> Result<Param> {
+fn param((key, table, place): Named<'_>) -> Result<Param> {
     let what = format!("the parameter `{key}`");
-    is_name(key).map_err(|e| e.at(named_at(table, None)))?;
+    is_name(key).map_err(|e| e.at(place.clone()))?;
     if TAKEN.contains(&key) {
         let wrong = Wrong::new(format!("`{key}` is a key of every placed model, and cannot be a parameter"));
-        return Err(wrong.at(named_at(table, None)));
+        return Err(wrong.at(place));
     }
     only(table, KEYS, &what)?;
     let kind = required(table, "type", &what).map_err(|e| e.help(format!("type = one of {}", TYPES.join(", "))))?;
@@ -79,7 +92,9 @@ fn number(value: &toml_edit::Value) -> Option<f64> {
 fn fallback(kind: &str, default: &Value, (count, choices): (u32, &[String]), ranged: Option<&Param>) -> Result<Host> {
     let wrong = |wanted: &str| Wrong::new(format!("`default`: expected {wanted}, found {}", default.describe()));
     let host = match (kind, default, default.to_host()) {
-        ("float", Value::Number(_), host) | ("bool", Value::Bool(_), host) | ("floats", _, host @ Host::Floats(_)) => host,
+        ("float", Value::Number(_), host) | ("bool", Value::Bool(_), host) | ("floats", _, host @ Host::Floats(_)) => {
+            host
+        }
         ("int", Value::Number(x), _) if *x == libm::floor(*x) => Host::Int(*x as i64),
         ("text", Value::Text(t), host) if choices.is_empty() || choices.contains(t) => host,
         ("text", Value::Text(_), _) => return Err(wrong(&format!("one of {}", choices.join(", ")))),

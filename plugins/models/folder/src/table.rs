@@ -57,11 +57,14 @@ pub fn sub_table<'t>(table: &'t dyn TableLike, key: &str) -> Result<Option<&'t d
     inner.ok_or_else(|| Wrong::new(format!("`{key}` is not a table")).at(named_at(table, Some(key))))
 }
 
+/// A table by its name, and where the name is written.
+pub type Named<'t> = (&'t str, &'t dyn TableLike, Option<Range<usize>>);
+
 /// Returns the tables within a table, by name.
-pub fn each<'t>(table: Option<&'t dyn TableLike>, what: &str) -> Result<Vec<(&'t str, &'t dyn TableLike)>> {
+pub fn each<'t>(table: Option<&'t dyn TableLike>, what: &str) -> Result<Vec<Named<'t>>> {
     let Some(table) = table else { return Ok(Vec::new()) };
     let entry = |(name, item): (&'t str, &'t Item)| match item.as_table_like() {
-        Some(inner) => Ok((name, inner)),
+        Some(inner) => Ok((name, inner, table.key(name).and_then(|k| k.span()).or_else(|| named_at(inner, None)))),
         None => Err(Wrong::new(format!("{what} `{name}` is not a table")).at(named_at(table, Some(name)))),
     };
     table.iter().map(entry).collect()

@@ -6,13 +6,14 @@
 //!
 //! - [`load`] and the reader of a file's tables, in order;
 //! - `scene`: `[scene]` and `[providers]`; `parts`: `[[model]]`, `[[import]]` and scenes as models; `models`: which
-//!   model a name stands for, and models of text; `changes`: what a scene adds to, takes out of and replaces in a model;
+//!   model a name stands for, and models of text; `naming`: their files; `changes`: what a scene adds to, takes out of and replaces in a model;
 //!   `object`: `[[object]]`, positions and `[set]`; `meshes`: meshes in separate files;
 //! - `write`: a document as a scene file; `value_text`: the text of values.
 
 mod changes;
 mod meshes;
 mod models;
+mod naming;
 mod object;
 mod parts;
 mod scene;
@@ -32,8 +33,9 @@ use tatu_plugins::Registry;
 use toml_edit::{Item, TableLike};
 
 use super::{
-    Builder, Document, Report, import, keys,
-    overrides::{self, Override, ScriptOverride},
+    Builder, Document, Report,
+    change::{Override, ScriptOverride},
+    import, keys, overrides,
     services::{self, ServiceOverride},
     sources::Sources,
 };
@@ -106,7 +108,8 @@ pub fn load(file: &Path, registry: &Registry, options: &Options) -> Result<Docum
 /// Loads a file that becomes a part of a live scene: a scene file, or a file for an importer. If `file` is the id of a
 /// model, loads a scene that contains only this model.
 pub fn load_part(file: &Path, registry: &Registry) -> Result<Document> {
-    let id = file.to_str().filter(|id| registry.models.iter().any(|m| m.id == *id) || registry.find_model(id).is_some());
+    let id =
+        file.to_str().filter(|id| registry.models.iter().any(|m| m.id == *id) || registry.find_model(id).is_some());
     if let Some(id) = id {
         let name = PathBuf::from(format!("{id}.toml"));
         let options = Options::default();
@@ -184,8 +187,7 @@ impl<'a> Reader<'a> {
         let named = file.extension().is_some_and(|e| e == "toml");
         let choice = if named { None } else { registry.importer_of(file, &bytes, &BTreeMap::new())? };
         if let Some(choice) = choice {
-            let params: Vec<_> =
-                builder.document.model_params.iter().map(|(_, k, v)| (k.clone(), v.clone())).collect();
+            let params: Vec<_> = builder.document.model_params.iter().map(|(_, k, v)| (k.clone(), v.clone())).collect();
             builder.place = Some(Place { file: file.to_owned(), ..Default::default() });
             let import = import::Import { file, bytes: &bytes, choice, params: &params, whole: true };
             builder.import(import, None, Isometry3::identity())?;
@@ -196,7 +198,7 @@ impl<'a> Reader<'a> {
             false => registry.no_importer(file).help("a scene is a TOML file"),
         })?;
         let mut reader = Reader::new(file, &text, registry);
-        match models::describes_model(&text) {
+        match naming::describes_model(&text) {
             true => reader.alone(&mut builder)?,
             false => {
                 builder.document.chain.push(canonical(file));
@@ -253,7 +255,8 @@ impl<'a> Reader<'a> {
         if let Some(providers) = self.table(root, "providers")? {
             for (key, item) in providers.iter() {
                 let value = self.string(providers, key, item)?;
-                self.check_provider(key, &value, &b.document.sources).map_err(|e| e.at(Some(self.text.value(providers, key))))?;
+                self.check_provider(key, &value, &b.document.sources)
+                    .map_err(|e| e.at(Some(self.text.value(providers, key))))?;
                 b.document.settings.providers.insert(key.to_owned(), value);
             }
         }

@@ -6,11 +6,7 @@ use tatu_plugin_api::{abi::*, safe::Value};
 use toml_edit::{Item, TableLike};
 
 use super::{
-    super::{
-        Builder, keys,
-        overrides::{self, Override},
-        scripts,
-    },
+    super::{Builder, change::Override, keys, overrides, scripts},
     Reader, table_span,
 };
 use crate::{from_euler, pose_from_array, rows::KINDS};

@@ -122,7 +122,12 @@ impl Reader<'_> {
     }
 
     /// Reads an `[[import]]`: a file of another format, placed like a model.
-    pub(super) fn import(&mut self, b: &mut Builder<'_>, table: &dyn TableLike, parent: Option<usize>) -> Result<usize> {
+    pub(super) fn import(
+        &mut self,
+        b: &mut Builder<'_>,
+        table: &dyn TableLike,
+        parent: Option<usize>,
+    ) -> Result<usize> {
         let Some(item) = table.get("file") else {
             return Err(Error::new("E104", "an [[import]] without `file`")
                 .expected("file = \"<name>\"")
@@ -210,7 +215,7 @@ impl Reader<'_> {
         at: Option<Place>,
     ) -> Result<usize> {
         self.enter(b, id, file, at.clone())?;
-        let text = b.document.sources.read_text(file).map_err(|e| super::models::unreadable(id, file, &e).at(at))?;
+        let text = b.document.sources.read_text(file).map_err(|e| super::naming::unreadable(id, file, &e).at(at))?;
         let alias = Path::new(id).file_stem().map_or("model".into(), |s| s.to_string_lossy().into_owned());
         let group = b.document.new_group();
         let outer = std::mem::replace(&mut b.group, group);

@@ -9,7 +9,7 @@ use toml_edit::TableLike;
 
 use super::{
     super::{Document, Settings, Sources, keys, settings},
-    Reader, models,
+    Reader, naming,
 };
 
 impl Reader<'_> {
@@ -21,7 +21,7 @@ impl Reader<'_> {
         let actuators = self.registry.actuators.iter().filter(|a| a.id == key);
         let importers = self.registry.importers.iter().filter(|i| i.id == key || i.suffixes.iter().any(|x| x == key));
         let models = self.registry.models.iter().filter(|m| m.id == key);
-        let found = models::find(key, self.registry, sources).and_then(|file| self.served_by(&file));
+        let found = naming::find(key, self.registry, sources).and_then(|file| self.served_by(&file));
         let services = self.registry.services.iter().filter(|s| s.id == key);
         let languages = self.registry.languages.iter().filter(|l| l.id == key || l.suffixes.iter().any(|x| x == key));
         let offers: Vec<&str> = sensors

@@ -3,8 +3,9 @@
 use super::value::Value;
 use crate::wrong::{Result, Wrong};
 
+type OfOne = fn(f64) -> f64;
 /// Functions of one number.
-const ONE: &[(&str, fn(f64) -> f64)] = &[
+const ONE: &[(&str, OfOne)] = &[
     ("abs", f64::abs),
     ("sqrt", libm::sqrt),
     ("sin", libm::sin),
@@ -20,8 +21,8 @@ const ONE: &[(&str, fn(f64) -> f64)] = &[
 
 /// Names that parameters and constants cannot have.
 pub const RESERVED: &[&str] = &[
-    "abs", "sqrt", "sin", "cos", "tan", "asin", "acos", "deg", "rad", "floor", "ceil", "atan2", "min", "max", "len", "text",
-    "if", "pi", "true", "false", "not", "and", "or", "index",
+    "abs", "sqrt", "sin", "cos", "tan", "asin", "acos", "deg", "rad", "floor", "ceil", "atan2", "min", "max", "len",
+    "text", "if", "pi", "true", "false", "not", "and", "or", "index",
 ];
 
 /// Names of all functions.

@@ -48,8 +48,7 @@ struct Parser<'a> {
 }
 
 /// Operators between two values, from the weakest binding to the strongest. Longer ones come first.
-const LEVELS: &[&[&str]] =
-    &[&["or"], &["and"], &["==", "!=", "<=", ">=", "<", ">"], &["+", "-"], &["*", "/", "%"]];
+const LEVELS: &[&[&str]] = &[&["or"], &["and"], &["==", "!=", "<=", ">=", "<", ">"], &["+", "-"], &["*", "/", "%"]];
 /// The level of comparisons, above which `not` stands.
 const COMPARES: usize = 2;
 

@@ -75,7 +75,9 @@ impl Value {
             Value::Text(t) => H::text(t),
             Value::List(l) => {
                 let numbers = l.iter().map(|v| if let Value::Number(x) = v { Some(*x) } else { None });
-                numbers.collect::<Option<Vec<_>>>().map_or_else(|| H::List(l.iter().map(Value::to_host).collect()), H::Floats)
+                numbers
+                    .collect::<Option<Vec<_>>>()
+                    .map_or_else(|| H::List(l.iter().map(Value::to_host).collect()), H::Floats)
             }
         }
     }
