@@ -55,13 +55,15 @@ typedef struct tatu_builder {
   /* [setup] Describes the source for `tatu check FILE --json`: a map with text keys, which the importer's documentation
    * explains. Null or absent: nobody asks, so the importer need not gather it. */
   tatu_status(TATU_CALL *describe)(const struct tatu_builder *, const tatu_value *map);
-  /* The model that is built, as its plugin declared it, so that one function can build many; null in imports. */
+  /* The model that is built, as its plugin declared it, so that one function can build many; null in imports.
+   * Absent in hosts that read no models from text. */
   const struct tatu_model *model;
   /* [setup] Adds what a text in the scene format describes. Objects without a parent go below `parent` (0: the top of
    * what is being built), and paths in the text begin there. `name` is that of the file from which the text comes,
    * relative to the folder of the source; empty: the file that describes the model. File names in the text are
    * relative to that file, and errors point to its lines. The text may place other models, so `build` of this plugin
-   * may be called within this call; a model that contains itself is refused. */
+   * may be called within this call; a model that contains itself is refused. Absent in hosts that read no models from
+   * text. */
   tatu_status(TATU_CALL *scene)(const struct tatu_builder *, uint32_t parent, tatu_str name, tatu_str text);
 } tatu_builder;
 
@@ -143,7 +145,7 @@ typedef struct tatu_ext_model {
   /* [setup] Reads a model from the text of its file; `name` is that of its folder. The model belongs to the plugin
    * until shutdown. TATU_ERR_UNSUPPORTED: not in this format; the next reader is asked. Other errors, with the line
    * (TATU_PART_FILE), are shown to whoever uses the model. When it is built, the host passes its address in
-   * `tatu_builder.model`. May be null. */
+   * `tatu_builder.model`. Null or absent: the plugin reads none. */
   tatu_status(TATU_CALL *read)(void *self, tatu_str name, tatu_str text, const tatu_model **out, tatu_error *);
 } tatu_ext_model;
 

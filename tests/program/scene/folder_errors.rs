@@ -61,6 +61,7 @@ fn errors_in_declarations_are_at_their_line() {
     refused("params.look]", "params.alias]", &["E111", "`alias` is a key of every placed model"]);
     lacks("source = \"estimate: a quarter of the length\"", "value = 0.1", &["E111", "`wheel_radius` has no `source`"]);
     refused("base = \"body\"", "base = \"bodi\"", &["E111", "no object has the alias `bodi`", "did you mean `body`?"]);
-    refused("model = \"claw\"", "model = \"rover\"", &["E106", "contains itself"]);
+    let arm = "model = \"claw\"\nalias = \"arm\"\nreach_m = \"=length / 4\"";
+    refused(arm, "model = \"rover\"", &["E106", "contains itself"]);
     refused("[[object]]\nkind = \"shape\"", "[[model]]\nmodel = \"claw\"", &["E100", "duplicate key", "[[object]]"]);
 }
