@@ -63,5 +63,5 @@ fn errors_in_declarations_are_at_their_line() {
     refused("base = \"body\"", "base = \"bodi\"", &["E111", "no object has the alias `bodi`", "did you mean `body`?"]);
     let arm = "model = \"claw\"\nalias = \"arm\"\nreach_m = \"=length / 4\"";
     refused(arm, "model = \"rover\"", &["E106", "contains itself"]);
-    refused("[[object]]\nkind = \"shape\"", "[[model]]\nmodel = \"claw\"", &["E100", "duplicate key", "[[object]]"]);
+    refused("[[object]]\nkind = \"shape\"", "[[model]]\nmodel = \"claw\"", &["E111", "duplicate key", "[[object]]"]);
 }

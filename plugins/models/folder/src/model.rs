@@ -35,8 +35,7 @@ const KEYS: &[&str] = &["text", "category", "licence", "mount", "base", "params"
 
 /// Reads the text of a model; none if it has no table `[model]`.
 pub fn read(text: &str) -> Result<Option<(ModelInfo, Model)>> {
-    let doc = Document::parse(text.to_owned())
-        .map_err(|e| Wrong::new(format!("not a TOML file: {}", e.message())).at(e.span()))?;
+    let doc = Document::parse(text.to_owned()).map_err(|e| no_toml(text, &e))?;
     let Some(table) = doc.get("model").and_then(Item::as_table_like) else { return Ok(None) };
     only(table, KEYS, "a model")?;
     let (sections, entries) = sections::divide(&doc)?;
@@ -61,6 +60,15 @@ pub fn read(text: &str) -> Result<Option<(ModelInfo, Model)>> {
         doc,
     };
     Ok(Some((info, model)))
+}
+
+/// Returns the error for a text that is not TOML.
+fn no_toml(text: &str, e: &toml_edit::TomlError) -> Wrong {
+    let wrong = Wrong::new(format!("not a TOML file: {}", e.message())).at(e.span());
+    match text.contains("[[model]]") {
+        true => wrong.help("in a file with `[model]`, models are placed by `[[object]]` with `model = ...`"),
+        false => wrong,
+    }
 }
 
 /// Reads `[model.numbers]`.
