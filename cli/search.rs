@@ -8,10 +8,10 @@ use std::{
 use tatu_core::{
     document::{self, Sources, UserSettings},
     errors::Error,
-    plugins::Search,
+    plugins::{MODEL_FILE, Search},
 };
 
-/// The folders that are searched, and those of the scene that are not.
+/// The folders that are searched for plugins and models, and those of the scene that are not.
 pub struct Searched {
     pub search: Search,
     /// Folders of the scene that contain libraries but that the user has not allowed.
@@ -45,7 +45,31 @@ pub fn searched(scene: Option<&Path>, sources: &Sources, allow: &[String]) -> Re
     if let Some(folder) = user_folder() {
         search.add_user_folder(folder);
     }
+    search.models = model_folders(scene, exe.as_deref());
     Ok(Searched { search, untrusted })
+}
+
+/// Returns the folders in which models are searched by name, in order: beside the scene (or in the working folder), those
+/// of the environment, the user's, and the program's.
+fn model_folders(scene: Option<&Path>, exe: Option<&Path>) -> Vec<PathBuf> {
+    let here = scene.and_then(Path::parent).unwrap_or(Path::new(""));
+    let mut folders = vec![here.join("models")];
+    // A model that is opened itself finds its neighbours.
+    if scene.and_then(Path::file_name).is_some_and(|n| n == MODEL_FILE) {
+        folders.extend(std::path::absolute(here).ok().and_then(|f| f.parent().map(Path::to_owned)));
+    }
+    let given = std::env::var_os("TATU_MODEL_PATH").unwrap_or_default();
+    folders.extend(std::env::split_paths(&given).filter(|f| !f.as_os_str().is_empty()));
+    folders.extend(user_folder().map(|f| f.with_file_name("models")));
+    if let Some(dir) = exe.and_then(Path::parent) {
+        folders.push(dir.join("models"));
+        folders.extend(dir.parent().map(|up| up.join("share/tatu/models")));
+        // Beside `deps` the program is one that cargo has built, in `target/PROFILE` of the repository.
+        if dir.join("deps").is_dir() {
+            folders.extend(dir.parent().and_then(Path::parent).map(|root| root.join("models")));
+        }
+    }
+    folders
 }
 
 /// Returns the folder in which the user installs plugins, which may not exist, or `None` if the environment names no

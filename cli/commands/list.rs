@@ -1,12 +1,18 @@
 //! `tatu list`: lists what plugins provide.
 
-use std::{path::PathBuf, process::ExitCode, sync::Arc};
+use std::{
+    path::{Path, PathBuf},
+    process::ExitCode,
+    sync::Arc,
+};
 
 use serde_json::{Value, json};
 use tatu_core::{
     document::Sources,
-    plugins::{ActuatorKind, Declared, Registry, SensorKind},
+    errors::Error,
+    plugins::{ActuatorKind, Declared, Found, Model, Registry, SensorKind, Slot},
 };
+use tatu_plugin_api::safe::{MOST_BYTES, read_plain_text};
 
 use crate::{
     addons,
@@ -56,7 +62,7 @@ fn plugins(r: &Registry) -> Vec<Value> {
         add(r.commands.iter().any(|c| c.plugin == i), "command");
         add(r.sensor_kinds().any(|(_, s)| s.plugin == i), "sensor");
         add(r.actuators.iter().any(|a| a.plugin == i), "actuator");
-        add(r.models.iter().any(|m| m.plugin == i), "model");
+        add(r.models.iter().any(|m| m.plugin == i) || r.reads_models(i), "model");
         add(r.importers.iter().any(|m| m.plugin == i), "importer");
         add(r.languages.iter().any(|l| l.plugin == i), "script");
         add(r.services.iter().any(|s| s.plugin == i), "service");
@@ -84,24 +90,64 @@ fn params(all: &[Declared]) -> Value {
         .collect()
 }
 
+/// Lists models of plugins, and those in folders. A model that cannot be read is a warning.
 fn models(r: &Registry) -> Vec<Value> {
-    r.models
-        .iter()
-        .map(|m| {
-            let plugin = &r.plugins[m.plugin].id;
-            json!({ "id": m.id, "category": m.category, "plugin": plugin, "slots": m.slots, "text": m.text, "parameters": params(&m.params) })
-        })
-        .chain(model_files(r))
-        .collect()
+    let row = |m: &Model, file: Option<&Path>| {
+        let slots: Vec<_> = m.slots.iter().map(slot).collect();
+        let mut row = json!({
+            "id": m.id, "category": m.category, "plugin": r.plugins[m.plugin].id, "slots": slots, "text": m.text,
+            "parameters": params(&m.params), "licence": licence(r, m), "mounts": m.mounts,
+        });
+        if let Some(file) = file {
+            row["file"] = json!(file.display().to_string());
+        }
+        row
+    };
+    let mut rows: Vec<Value> = r.models.iter().map(|m| row(m, None)).collect();
+    for found in r.found_models() {
+        match found.importer.and_then(|i| r.importers.get(i)) {
+            Some(importer) => rows.push(json!({
+                "id": found.id, "category": "file", "plugin": r.plugins[importer.plugin].id, "slots": [],
+                "text": format!("a file for the importer `{}`", importer.id), "parameters": params(&importer.params),
+                "licence": null, "mounts": [], "file": found.file.display().to_string(),
+            })),
+            None => match found_model(r, &found) {
+                Ok(model) => rows.push(row(&model, Some(&found.file))),
+                Err(e) => report::warning(&e),
+            },
+        }
+    }
+    rows.extend(model_files(r));
+    rows
 }
 
-/// Returns the model files in the folder `models` and in those of `TATU_MODEL_PATH`.
+/// Reads a model that was found in a folder.
+pub fn found_model(r: &Registry, found: &Found) -> Result<Model, Error> {
+    let text = read_plain_text(&found.file, MOST_BYTES)
+        .map_err(|e| Error::new("E105", format!("cannot read the model {}: {e}", found.file.display())))?;
+    r.read_model(&found.id, &found.file, &text)
+}
+
+/// Describes a slot: its alias, what fits, where it is.
+pub fn slot(s: &Slot) -> Value {
+    json!({ "name": s.alias, "mount": s.mount, "text": s.text })
+}
+
+/// Returns the licence of a model, which is that of its plugin unless it says otherwise.
+pub fn licence<'a>(r: &'a Registry, m: &'a Model) -> &'a str {
+    if m.licence.is_empty() && m.file.is_none() { &r.plugins[m.plugin].licence } else { &m.licence }
+}
+
+/// Returns the other files in the folder `models` and in those of `TATU_MODEL_PATH` that scenes can name by their path.
 fn model_files(r: &Registry) -> Vec<Value> {
     let given = std::env::var_os("TATU_MODEL_PATH").unwrap_or_default();
     let folders = std::iter::once(PathBuf::from("models")).chain(std::env::split_paths(&given));
     let mut files: Vec<PathBuf> = folders.filter(|f| !f.as_os_str().is_empty()).flat_map(files_below).collect();
     files.sort();
     files.dedup();
+    // The files of a model's own folder belong to it.
+    let found = r.found_models();
+    files.retain(|file| !found.iter().any(|f| f.file == *file || in_folder_of(f, file)));
     let row = |file: &PathBuf| {
         let name = file.to_string_lossy();
         let importer = r.importers.iter().find(|i| i.suffixes.iter().any(|s| name.ends_with(s.as_str())));
@@ -113,6 +159,11 @@ fn model_files(r: &Registry) -> Vec<Value> {
         Some(json!({ "id": name, "category": "file", "plugin": by, "slots": [], "text": "a file", "parameters": [] }))
     };
     files.iter().filter_map(row).collect()
+}
+
+/// Returns whether a file is in the folder of a model.
+fn in_folder_of(model: &Found, file: &Path) -> bool {
+    model.file.parent().is_some_and(|f| f.ends_with(&model.id) && file.starts_with(f))
 }
 
 /// Returns whether `tatu list models` shows a file of this name.

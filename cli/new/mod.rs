@@ -36,7 +36,7 @@ enum What {
     Addon(Named),
     /// A scene with a robot and its script.
     Scene(Named),
-    /// A robot without code: a file that scenes use as a model, and a scene that does so.
+    /// A robot without code: a folder that scenes use as a model, and scenes that do so.
     Robot(Named),
 }
 

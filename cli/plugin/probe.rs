@@ -102,6 +102,7 @@ fn offers(r: &Registry) -> Vec<(String, usize)> {
         ("sensor", r.sensor_kinds().count()),
         ("actuator", r.actuators.len()),
         ("model", r.models.len()),
+        ("reader of models", (0..r.plugins.len()).filter(|i| r.reads_models(*i)).count()),
         ("importer", r.importers.len()),
         ("script language", r.languages.len()),
         ("service", r.services.len()),

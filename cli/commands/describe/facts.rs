@@ -2,12 +2,15 @@
 
 use serde_json::{Value as Json, json};
 use tatu_core::{
-    plugins::{CommandEntry, Declared, FieldInfo, PresetInfo, Registry, SensorKind, schemas},
+    plugins::{
+        CommandEntry, Declared, FieldInfo, Found, Model, ModelNumber, PresetInfo, Registry, SensorKind, schemas,
+    },
     scene::rows::{KINDS, rows_of},
 };
 use tatu_plugin_api::{abi::*, safe::Value};
 
 use super::{super::list, example};
+use crate::report;
 
 /// Returns everything that an id names.
 pub fn all(r: &Registry, id: &str) -> Vec<Json> {
@@ -50,11 +53,9 @@ pub fn all(r: &Registry, id: &str) -> Vec<Json> {
             "parameters": parameters(&s.params, true), "example": example::service(&s.id, &s.params),
         }));
     }
-    for m in r.models.iter().filter(|m| m.id == id) {
-        out.push(json!({
-            "what": "model", "id": m.id, "plugin": plugin(m.plugin), "text": m.text, "slots": m.slots,
-            "parameters": parameters(&m.params, true), "example": example::model(&m.id, &m.params),
-        }));
+    out.extend(r.models.iter().filter(|m| m.id == id).map(|m| model(r, m)));
+    if let Some(found) = r.find_model(id) {
+        out.extend(found_model(r, &found));
     }
     if list::is_model_file(r, id) {
         out.push(json!({
@@ -94,6 +95,33 @@ pub fn all(r: &Registry, id: &str) -> Vec<Json> {
     out
 }
 
+fn model(r: &Registry, m: &Model) -> Json {
+    let number =
+        |n: &ModelNumber| json!({ "name": n.name, "value": to_json(&n.value), "unit": n.unit, "source": n.source });
+    let mut out = json!({
+        "what": "model", "id": m.id, "plugin": r.plugins[m.plugin].id, "text": m.text, "category": m.category,
+        "licence": list::licence(r, m), "mounts": m.mounts,
+        "slots": m.slots.iter().map(list::slot).collect::<Vec<_>>(), "parameters": parameters(&m.params, true),
+        "numbers": m.numbers.iter().map(number).collect::<Vec<_>>(), "example": example::model(&m.id, &m.params),
+    });
+    if let Some(file) = &m.file {
+        out["file"] = json!(file.display().to_string());
+    }
+    out
+}
+
+/// Describes a model in a folder. One that cannot be read is a warning.
+fn found_model(r: &Registry, found: &Found) -> Option<Json> {
+    let Some(importer) = found.importer.and_then(|i| r.importers.get(i)) else {
+        return list::found_model(r, found).inspect_err(report::warning).ok().map(|m| model(r, &m));
+    };
+    Some(json!({
+        "what": "model", "id": found.id, "plugin": r.plugins[importer.plugin].id,
+        "text": format!("a file for the importer `{}`", importer.id), "file": found.file.display().to_string(),
+        "parameters": parameters(&importer.params, true), "example": example::model(&found.id, &[]),
+    }))
+}
+
 fn preset(p: &PresetInfo) -> Json {
     json!({ "id": p.id, "text": p.text, "settings": p.settings })
 }
@@ -109,7 +137,8 @@ pub fn names(r: &Registry) -> Vec<String> {
         .chain(r.languages.iter().map(|l| &l.id))
         .chain(schemas::known().iter().map(|s| &s.id))
         .chain(r.commands.iter().flat_map(|c| c.names.iter().map(|n| &n.name)));
-    ids.cloned().chain(KINDS.iter().map(|(n, _)| (*n).to_owned())).collect()
+    let found = r.found_models().into_iter().map(|f| f.id);
+    ids.cloned().chain(found).chain(KINDS.iter().map(|(n, _)| (*n).to_owned())).collect()
 }
 
 fn command(r: &Registry, c: &CommandEntry) -> Json {

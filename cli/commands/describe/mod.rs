@@ -91,7 +91,7 @@ fn print(fact: &Value) {
     for line in [text("text"), text("frame")].iter().filter(|t| !t.is_empty()) {
         report::out!("  {line}");
     }
-    for key in ["version", "licence", "abi", "path", "no_wait"] {
+    for key in ["version", "category", "licence", "abi", "path", "file", "no_wait"] {
         if let Some(t) = fact[key].as_str().filter(|t| !t.is_empty()) {
             report::out!("  {}: {t}", key.replace('_', " "));
         }
@@ -100,7 +100,7 @@ fn print(fact: &Value) {
         "names",
         "schemas",
         "suffixes",
-        "slots",
+        "mounts",
         "sensors",
         "actuators",
         "models",
@@ -110,7 +110,9 @@ fn print(fact: &Value) {
     ] {
         names(key, &fact[key]);
     }
+    section("slots", &fact["slots"], &["name", "mount", "text"]);
     section("parameters", &fact["parameters"], &["name", "type", "unit", "range", "default", "text"]);
+    section("numbers", &fact["numbers"], &["name", "value", "unit", "source"]);
     section("controls", &fact["controls"], &["name", "type", "unit", "range", "default", "text"]);
     section("returns", &fact["returns"], &["name", "type", "unit", "text"]);
     section("fields", &fact["fields"], &["name", "element", "shape", "unit", "text", "nothing"]);

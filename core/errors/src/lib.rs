@@ -21,6 +21,27 @@ pub struct Place {
     pub span: Range<usize>,
 }
 
+impl Place {
+    /// Returns the place of a line of a file, counted from 1; 0 stands for the whole file. Without the file's contents,
+    /// only the line is known.
+    pub fn of_line(file: PathBuf, bytes: &[u8], line: usize) -> Self {
+        Place { file, line, column: 1, span: line_span(bytes, line) }
+    }
+}
+
+/// Returns the byte range of a line, counted from 1, without surrounding white space.
+fn line_span(bytes: &[u8], line: usize) -> Range<usize> {
+    let mut start = 0;
+    for (n, text) in bytes.split_inclusive(|b| *b == b'\n').enumerate() {
+        if n + 1 == line {
+            let lead = text.iter().take_while(|b| b.is_ascii_whitespace()).count();
+            return start + lead..start + text.trim_ascii_end().len().max(lead);
+        }
+        start += text.len();
+    }
+    0..0
+}
+
 /// The reason why something could not be started: what went wrong, where, what was expected, and a hint.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Error {
@@ -221,3 +242,16 @@ impl Fault {
 /// The reason why a property could not be read or set: a status of the ABI and a message.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Refusal(pub tatu_plugin_api::abi::tatu_status, pub String);
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_line_is_found_by_its_number() {
+        let text = b"one\n  two \r\n\nfour";
+        for (line, wanted) in [(1, "one"), (2, "two"), (3, ""), (4, "four"), (5, ""), (0, "")] {
+            assert_eq!(&text[line_span(text, line)], wanted.as_bytes(), "{line}");
+        }
+    }
+}

@@ -13,7 +13,7 @@ const KINDS: &[u32] =
     &[TATU_BOOL, TATU_I64, TATU_F64, TATU_TEXT, TATU_BYTES, TATU_F64S, TATU_LIST, TATU_MAP, TATU_FUNC, TATU_OBJECT];
 
 /// Returns the errors in declarations, one sentence each. `in_files` is set if the keys occur in scene files.
-pub(super) fn parameters(all: &[Declared], in_files: bool) -> Vec<String> {
+pub fn parameters(all: &[Declared], in_files: bool) -> Vec<String> {
     let mut out = Vec::new();
     let mut keys = BTreeSet::new();
     for (i, p) in all.iter().enumerate() {

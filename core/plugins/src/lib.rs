@@ -41,14 +41,16 @@ mod tickets;
 pub mod units;
 pub mod watchdog;
 
+pub use checks::parameters as parameter_flaws;
 pub use declared::{Declared, check_value, describe};
 pub use elf::{Unfit, check as check_library};
 pub use host_tables::{Holder, HostTables};
 pub use inspect::Inspector;
 pub use load::assets_folder;
 pub use registry::{
-    ActuatorKind, Choice, CommandEntry, Constant, DeviceKind, FieldInfo, Importer, KindMark, Language, MOST_ELEMENTS,
-    Model, NameEntry, Plugin, Prelude, PresetInfo, Registry, SensorKind, ServiceKind, Status,
+    ActuatorKind, Choice, CommandEntry, Constant, DeviceKind, FieldInfo, Found, Importer, KindMark, Language,
+    MODEL_FILE, MOST_ELEMENTS, Model, ModelNumber, NameEntry, Plugin, Prelude, PresetInfo, Registry, SensorKind,
+    ServiceKind, Slot, Status,
 };
 pub use search::{Copies, Search, Source};
 pub use tickets::{MOST_BYTES as MOST_RESULT_BYTES, Mailbox};

@@ -45,6 +45,8 @@ pub struct Search {
     pub copies: Option<Arc<Copies>>,
     /// The only file that is opened, whatever its name and folder; used to test a single plugin.
     pub only: Option<PathBuf>,
+    /// Folders in which models are searched by name, in order.
+    pub models: Vec<PathBuf>,
 }
 
 /// A temporary folder for copies of libraries, deleted on drop.

@@ -39,6 +39,8 @@ table!(
     tatu_actuator,
     tatu_ext_actuator,
     tatu_model,
+    tatu_model_slot,
+    tatu_model_number,
     tatu_ext_model,
     tatu_importer,
     tatu_ext_importer,
@@ -154,4 +156,13 @@ pub unsafe fn text(s: *const c_char) -> Option<String> {
 pub unsafe fn label(s: *const c_char) -> Option<String> {
     // SAFETY: `s` is not null, and the caller guarantees that it is NUL-terminated and valid during this call.
     (!s.is_null()).then(|| texts::label(unsafe { CStr::from_ptr(s) }.to_bytes()))
+}
+
+/// Returns the names of a null-terminated list, in the form that [`texts::flaw`] expects.
+///
+/// # Safety
+/// As for [`pointers`].
+pub unsafe fn labels(list: *const *const c_char) -> Vec<String> {
+    // SAFETY: the caller guarantees that the list is valid.
+    unsafe { pointers(list).into_iter().filter_map(|s| label(s)).collect() }
 }

@@ -81,6 +81,7 @@ calls! {
     ServiceFunc = "tatu_service.call_func",
     Last = "tatu_service.last",
     EndRun = "tatu_life.end_run",
+    ReadModel = "tatu_ext_model.read",
 }
 
 impl Call {
@@ -245,10 +246,8 @@ impl Watch {
         self.names.lock().ok()?.get(&slot).cloned()
     }
     /// Sets the name of the file or model that is being loaded or built, or of the service that has its turn.
-    pub fn subject(&self, name: &str) {
-        if let Ok(mut subject) = self.subject.lock() {
-            name.clone_into(&mut subject);
-        }
+    pub fn subject(&self, name: &str) -> String {
+        self.subject.lock().map(|mut subject| std::mem::replace(&mut *subject, name.to_owned())).unwrap_or_default()
     }
 }
 

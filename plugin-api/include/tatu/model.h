@@ -55,6 +55,16 @@ typedef struct tatu_builder {
   /* [setup] Describes the source for `tatu check FILE --json`: a map with text keys, which the importer's documentation
    * explains. Null or absent: nobody asks, so the importer need not gather it. */
   tatu_status(TATU_CALL *describe)(const struct tatu_builder *, const tatu_value *map);
+  /* The model that is built, as its plugin declared it, so that one function can build many; null in imports.
+   * Absent in hosts that read no models from text. */
+  const struct tatu_model *model;
+  /* [setup] Adds what a text in the scene format describes. Objects without a parent go below `parent` (0: the top of
+   * what is being built), and paths in the text begin there. `name` is that of the file from which the text comes,
+   * relative to the folder of the source; empty: the file that describes the model. File names in the text are
+   * relative to that file, and errors point to its lines. The text may place other models, so `build` of this plugin
+   * may be called within this call; a model that contains itself is refused. Absent in hosts that read no models from
+   * text. */
+  tatu_status(TATU_CALL *scene)(const struct tatu_builder *, uint32_t parent, tatu_str name, tatu_str text);
 } tatu_builder;
 
 /* Writes a document, and remembers the first refusal of the builder: after one, nothing more is done, and `status` is
@@ -89,6 +99,25 @@ static inline void tatu_build_set3(tatu_build *b, uint32_t object, const char *k
 
 #define TATU_MODEL "tatu.model/draft.4"
 
+/* A place of a model to which others can be attached. */
+typedef struct tatu_model_slot {
+  uint32_t size;
+  uint32_t reserved;
+  const char *alias; /* alias of the object */
+  const char *mount; /* what fits: a name such as "iso9409-50-4-m6"; null: anything */
+  const char *text;  /* where it is, one sentence; null: none */
+} tatu_model_slot;
+
+/* A constant of a model, for people: where a number comes from. */
+typedef struct tatu_model_number {
+  uint32_t size;
+  uint32_t reserved;
+  const char *name;
+  tatu_value value;
+  const char *unit;   /* null: none */
+  const char *source; /* "data sheet, p. 5", or "estimate: " and the reasoning */
+} tatu_model_number;
+
 /* A model: a function from parameters to objects. Object 1 of the build is the model's base. */
 typedef struct tatu_model {
   uint32_t size;
@@ -101,12 +130,23 @@ typedef struct tatu_model {
    * drive in the property "object.drive" of its base. */
   tatu_status(TATU_CALL *build)(void *self, const tatu_builder *, const tatu_value *params, tatu_error *);
   const char *category;            /* heading in lists: "mobile robots", "arms", "furniture"; null: none */
+  const char *licence;             /* SPDX; null: that of the plugin */
+  const char *const *mounts;       /* what it is mounted by in a slot of another model; null: anything */
+  const tatu_model_slot *const *slot_infos;   /* more about `slots`; null: nothing */
+  const tatu_model_number *const *numbers;    /* null: none */
 } tatu_model;
 
+/* A list of models, and a reader of models that are described by text. The host searches folders `models` for
+ * `NAME/model.toml`, and asks the readers of all plugins in order when a scene uses NAME. */
 typedef struct tatu_ext_model {
   uint32_t size;
   uint32_t reserved;
-  const tatu_model *const *models;
+  const tatu_model *const *models;  /* may be null if there is `read` */
+  /* [setup] Reads a model from the text of its file; `name` is that of its folder. The model belongs to the plugin
+   * until shutdown. TATU_ERR_UNSUPPORTED: not in this format; the next reader is asked. Other errors, with the line
+   * (TATU_PART_FILE), are shown to whoever uses the model. When it is built, the host passes its address in
+   * `tatu_builder.model`. Null or absent: the plugin reads none. */
+  tatu_status(TATU_CALL *read)(void *self, tatu_str name, tatu_str text, const tatu_model **out, tatu_error *);
 } tatu_ext_model;
 
 #ifndef __cplusplus

@@ -436,6 +436,29 @@ pub struct tatu_builder {
     pub report: Option<extern "C" fn(Option<&tatu_builder>, u32, u32, Lent<'_>)>,
     pub file: Option<for<'a> extern "C" fn(Option<&'a tatu_builder>, Lent<'_>, Option<&mut Lent<'a>>) -> tatu_status>,
     pub describe: Option<extern "C" fn(Option<&tatu_builder>, Option<&ValueRef<'_>>) -> tatu_status>,
+    pub model: *const tatu_model,
+    pub scene: Option<extern "C" fn(Option<&tatu_builder>, u32, Lent<'_>, Lent<'_>) -> tatu_status>,
+}
+
+#[repr(C)]
+#[derive(Clone, Copy)]
+pub struct tatu_model_slot {
+    pub size: u32,
+    pub reserved: u32,
+    pub alias: *const c_char,
+    pub mount: *const c_char,
+    pub text: *const c_char,
+}
+
+#[repr(C)]
+#[derive(Clone, Copy)]
+pub struct tatu_model_number {
+    pub size: u32,
+    pub reserved: u32,
+    pub name: *const c_char,
+    pub value: tatu_value,
+    pub unit: *const c_char,
+    pub source: *const c_char,
 }
 
 #[repr(C)]
@@ -451,6 +474,10 @@ pub struct tatu_model {
         unsafe extern "C" fn(*mut c_void, *const tatu_builder, *const tatu_value, *mut tatu_error) -> tatu_status,
     >,
     pub category: *const c_char,
+    pub licence: *const c_char,
+    pub mounts: *const *const c_char,
+    pub slot_infos: *const *const tatu_model_slot,
+    pub numbers: *const *const tatu_model_number,
 }
 
 #[repr(C)]
@@ -459,6 +486,9 @@ pub struct tatu_ext_model {
     pub size: u32,
     pub reserved: u32,
     pub models: *const *const tatu_model,
+    pub read: Option<
+        unsafe extern "C" fn(*mut c_void, tatu_str, tatu_str, *mut *const tatu_model, *mut tatu_error) -> tatu_status,
+    >,
 }
 
 #[repr(C)]

@@ -24,6 +24,7 @@ pub use declare::event::Event;
 pub use declare::importer::Importer;
 pub use declare::language::{Budget, Flow, Frame, Language};
 pub use declare::model::{Builder, Model, Node};
+pub use declare::model_reader::{ModelInfo, ModelNumber, ModelReader, ModelSlot};
 pub use declare::plugin::{Call, Change, Command, Instance, Offer, Outcome, PerWorld, Plugin, SharedCall, Status};
 pub use declare::sensor::{Beams, Form, Preset, Sensor};
 pub use declare::service::{Answer, Service, Session, Turn};

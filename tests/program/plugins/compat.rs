@@ -182,7 +182,7 @@ fn headers_to_come(to: &Path) {
             text = text.replace(&end, &format!("  {field}\n{end}"));
         }
         text = text.replace(host, &format!("{host}  const char *(TATU_CALL *weather)(const tatu_host *);\n"));
-        text.replace("#define TATU_ABI_MINOR 5", "#define TATU_ABI_MINOR 6")
+        text.replace("#define TATU_ABI_MINOR 6", "#define TATU_ABI_MINOR 7")
     });
     let more = "#include \"core.h\"
 #define TATU_HOLOGRAM \"tatu.hologram/draft.4\"

@@ -6,13 +6,14 @@ use std::{collections::BTreeSet, fs};
 use crate::kit::*;
 
 /// Tables that plugins fill in, and the kinds of instance of `tatu_life`.
-const TABLES: [&str; 9] = [
+const TABLES: [&str; 10] = [
     "tatu_plugin_t",
     "tatu_life",
     "tatu_command",
     "tatu_sensor",
     "tatu_actuator",
     "tatu_model",
+    "tatu_ext_model",
     "tatu_importer",
     "tatu_language",
     "tatu_service",
@@ -58,6 +59,7 @@ fn scene_for(function: &str) -> (String, &'static str) {
             ("[[service]]\nid = \"misbehaves\"\n".into(), "the service `misbehaves`")
         }
         ("tatu_language", _) | (_, "script") => (script.into(), "/talker"),
+        ("tatu_ext_model", _) => ("[[model]]\nmodel = \"told\"\n".into(), "told"),
         ("tatu_model", _) => (model.into(), "the model `misbehaves`"),
         ("tatu_command", _) => {
             (with_lua(&watcher("caller", "function sysCall_actuation() misbehaves.call() end")), "/caller")
@@ -143,7 +145,7 @@ impl Bench {
         let file = library("tatu_testing_misbehaves");
         fs::create_dir(place.path().join("mine")).unwrap();
         fs::copy(program().with_file_name("deps").join(&file), place.path().join("mine").join(&file)).unwrap();
-        place.write("thing.misbehaves", "whatever");
+        place.write("thing.misbehaves", "whatever").write("models/told/model.toml", "format = \"another\"\n");
         Bench { place, robot }
     }
     fn scene(&self, more: &str) {

@@ -69,7 +69,12 @@ fn addons_scenes_and_robots_run() {
     assert!(done.out.contains("/Pioneer_p3dx: ") && done.out.lines().count() >= 2, "{}", done.out);
     place.tatu(&["run", "my_first_scene/scene.toml", "--seconds", "2", "--strict"]).good();
     let done = place.tatu(&["run", "my_first_robot/scene.toml", "--strict"]).good();
-    assert!(done.out.contains("my_first_robot has arrived"), "{}", done.out);
+    for robot in ["/robot", "/long_robot"] {
+        assert!(done.out.contains(&format!("{robot} has arrived")), "{}", done.out);
+    }
+    let done = place.tatu(&["run", "my_first_robot/check.toml", "--strict", "--seconds", "3.5"]).good();
+    assert!(done.out.contains("/small passes") && done.out.contains("/large passes"), "{}", done.out);
+    place.tatu(&["run", "my_first_robot/models/my_first_robot/model.toml", "--strict", "--steps", "2"]).good();
 }
 
 #[test]

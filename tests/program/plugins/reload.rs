@@ -330,6 +330,35 @@ fn what_was_told_at_the_start_keeps_no_new_version_out() {
     place.run(&["--steps", "1"]).good().tells(&["E303", "`pro be` has an invalid name"]);
 }
 
+/// A model of a folder is a file of the document: what changes in its text is applied, an error leaves the old version.
+#[test]
+fn a_changed_model_of_a_folder_is_taken_too() {
+    let part = |mass: &str| {
+        format!(
+            "format = 1\n[model]\ntext = \"A box.\"\n[model.params.density]\ntype = \"float\"\ndefault = 2.0\n\
+             text = \"kg for each box.\"\n{}",
+            cuboid("box", [0.2; 3], [0.0, 0.0, 1.0], &format!("dynamic = true\nmass_kg = \"{mass}\""))
+        )
+    };
+    let script = "function sysCall_actuation()
+            sim.addStatusbarMessage(string.format('%.1f', sim.getFloatProperty(sim.getObject('/P'), 'shape.mass')))
+        end";
+    let scene = format!("[[model]]\nmodel = \"part\"\nalias = \"P\"\ndensity = 1.5\n{}", watcher("w", script));
+    let place = two_robots("", &scene);
+    place.write("models/part/model.toml", &part("=density"));
+    let mut held = Held::start(&place, &["--reload"]);
+    held.steps(5);
+    held.write(&place, "models/part/model.toml", &part("=2 * density")).steps(5);
+    held.write(&place, "models/part/model.toml", &part("=2 * densty")).steps(5);
+    held.write(&place, "models/part/model.toml", &part("=4 * density")).steps(5);
+    let (_, ended) = held.end();
+    let ended = ended.good();
+    tells(&ended, &["note: reloaded /P: shape.mass", "no parameter or number `densty`", "models/part/model.toml:"]);
+    let lines = place.lines("t.jsonl");
+    let masses: Vec<&str> = lines.iter().map(|l| l.status()[0]).collect();
+    assert_eq!(masses, [["1.5"; 5], ["3.0"; 5], ["3.0"; 5], ["6.0"; 5]].concat());
+}
+
 #[test]
 fn a_changed_model_is_taken_into_what_stands_there() {
     let part = |mass: f64, more: &str| {

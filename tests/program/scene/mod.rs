@@ -3,6 +3,9 @@
 mod bounds;
 mod convert;
 mod crowd;
+mod folder_changes;
+mod folder_errors;
+mod folder_models;
 mod importers;
 mod large;
 mod models_at_run;

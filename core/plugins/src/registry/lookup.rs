@@ -45,14 +45,21 @@ impl Registry {
         let help = format!("choose one: [providers] \"{id}\" = \"{}\"", plugin(first));
         Err(Error::new("E322", text).expected("one plugin, named in [providers]").help(help))
     }
-    /// Returns the index of a model by id.
-    pub fn model(&self, id: &str, providers: &BTreeMap<String, String>) -> Result<usize> {
+    /// Returns the index of a model by id, or `None` for one in a folder, if `found` says by which plugin that would be
+    /// read.
+    pub fn model(&self, id: &str, found: Option<usize>, providers: &BTreeMap<String, String>) -> Result<Option<usize>> {
         let of_id = self.models.iter().enumerate().filter(|(_, m)| m.id == id);
-        let claims: Vec<_> = of_id.map(|(i, m)| (i, m.plugin)).collect();
-        self.choose("model", id, &claims, providers)?.ok_or_else(|| {
-            let known: Vec<_> = self.models.iter().map(|m| m.id.as_str()).collect();
-            self.unknown("E107", "model", id, &known)
-        })
+        let mut claims: Vec<_> = of_id.map(|(i, m)| (i, m.plugin)).collect();
+        claims.extend(found.map(|plugin| (usize::MAX, plugin)));
+        match self.choose("model", id, &claims, providers)? {
+            Some(usize::MAX) => Ok(None),
+            Some(index) => Ok(Some(index)),
+            None => {
+                let found = self.found_models();
+                let known = self.models.iter().map(|m| m.id.as_str()).chain(found.iter().map(|f| f.id.as_str()));
+                Err(self.unknown("E107", "model", id, &known.collect::<Vec<_>>()))
+            }
+        }
     }
     /// Returns the kinds of sensors with their indices, without the readings of actuators.
     pub fn sensor_kinds(&self) -> impl Iterator<Item = (usize, &SensorKind)> {

@@ -3,10 +3,15 @@
 //! - [`Registry`]: loading and ending plugins, and calling them while there is no world;
 //! - `types`: the host's representation of what they offer; `read`: reading a plugin's tables;
 //! - `lookup`: lookup by name;
+//! - `models`: reading of models, and those in folders;
 //! - `actuators`, `importers`, `services`, `kinds`, `events`, `dialects`: reading and lookup of these; `renew`:
 //!   reloading a single plugin.
 
-use std::{collections::BTreeMap, path::PathBuf, sync::Arc};
+use std::{
+    collections::BTreeMap,
+    path::PathBuf,
+    sync::{Arc, OnceLock},
+};
 
 use tatu_plugin_api::abi::*;
 
@@ -16,6 +21,7 @@ mod events;
 mod importers;
 mod kinds;
 mod lookup;
+mod models;
 mod read;
 mod renew;
 mod services;
@@ -29,11 +35,12 @@ use super::{
     watchdog::{Call, Watch, Watches},
 };
 use crate::{HostTables, Inspector};
+pub use models::{Found, MODEL_FILE};
 pub use read::MOST_ELEMENTS;
 use tatu_errors::{Error, Result};
 pub use types::{
     ActuatorKind, Choice, CommandEntry, Constant, DeviceKind, FieldInfo, Importer, KindMark, Language, Model,
-    NameEntry, Prelude, PresetInfo, SensorKind, ServiceKind, Status,
+    ModelNumber, NameEntry, Prelude, PresetInfo, SensorKind, ServiceKind, Slot, Status,
 };
 
 /// Everything that plugins offer, in order of plugin ids.
@@ -44,6 +51,10 @@ pub struct Registry {
     pub actuators: Vec<ActuatorKind>,
     /// Models.
     pub models: Vec<Model>,
+    /// Functions that read models from text, with the index of the plugin.
+    readers: Vec<(usize, types::ReadModel)>,
+    /// Id and description of the models in folders.
+    found: OnceLock<Vec<(String, String)>>,
     /// Importers.
     pub importers: Vec<Importer>,
     /// Script languages.
@@ -190,6 +201,8 @@ impl Registry {
             sensors: Vec::new(),
             actuators: Vec::new(),
             models: Vec::new(),
+            readers: Vec::new(),
+            found: OnceLock::new(),
             importers: Vec::new(),
             languages: Vec::new(),
             commands: Vec::new(),
@@ -280,11 +293,13 @@ impl Registry {
     /// locale are restored; changing them is an error. `subject` names the thing that is being built.
     pub fn watched<T>(&self, plugin: usize, call: Call, subject: &str, f: impl FnOnce() -> T) -> Result<T> {
         let home = ProcessState::now();
-        self.setup.subject(subject);
+        let outer = self.setup.subject(subject);
         let before = self.setup.enter(call, plugin, 0);
         let (done, heard) = guard::capture_errors(f);
         guard::end_if_child();
         self.setup.leave(before);
+        // A model may be built within another.
+        self.setup.subject(&outer);
         let who = || format!("{subject}: plugin `{}`", self.plugins[plugin].id);
         if let Some(what) = home.restore() {
             return Err(Error::new("E321", format!("{} changes {what} in {}", who(), call.text())).help(guard::HELP));

@@ -8,7 +8,7 @@ use std::{
 use tatu_plugin_api::{abi::*, safe::ValueRef};
 
 use super::{
-    CommandEntry, Constant, FieldInfo, KindMark, Language, Model, NameEntry, Prelude, PresetInfo, Registry, SensorKind,
+    CommandEntry, Constant, FieldInfo, KindMark, Language, NameEntry, Prelude, PresetInfo, Registry, SensorKind,
     Status, types::version,
 };
 use crate::{
@@ -59,7 +59,7 @@ impl Registry {
     pub(super) unsafe fn suffixes(&mut self, plugin: usize, whose: &str, list: *const *const c_char) -> Vec<String> {
         // SAFETY: the contract requires `list` to be null or a null-terminated list of strings; it belongs to a library
         // that is never unloaded.
-        let mut all = unsafe { labels(list) };
+        let mut all = unsafe { tables::labels(list) };
         all.retain(|suffix| {
             let Some(flaw) = texts::flaw(suffix) else { return true };
             self.refuse(plugin, format!("its {whose} has the suffix `{suffix}`, which {flaw}"), "call it `.mine`");
@@ -191,7 +191,8 @@ impl Registry {
     pub(super) unsafe fn schemas(&mut self, plugin: usize, owner: &str, list: *const *const c_char) -> Vec<String> {
         // SAFETY: the caller guarantees that the list is valid.
         unsafe {
-            let (schemas, flawed): (Vec<_>, Vec<_>) = labels(list).into_iter().partition(|s| texts::flaw(s).is_none());
+            let (schemas, flawed): (Vec<_>, Vec<_>) =
+                tables::labels(list).into_iter().partition(|s| texts::flaw(s).is_none());
             for schema in flawed {
                 let flaw = texts::flaw(&schema).unwrap_or_default();
                 let text = format!("{owner} claims the schema `{schema}`, which is not a valid name: it {flaw}");
@@ -205,23 +206,18 @@ impl Registry {
         // SAFETY: the plugin has been started and is never unloaded, and the contract requires its tables to be valid.
         unsafe {
             let Some(ext) = tables::read(self.plugins[plugin].extension::<tatu_ext_model>(TATU_MODEL)) else { return };
-            self.offered(plugin, TATU_MODEL, ext.size, &tables::required!(ext, tatu_ext_model: models));
-            for (_, raw) in tables::list(ext.models) {
+            self.readers.extend(ext.read.map(|read| (plugin, read)));
+            if ext.read.is_none() {
+                self.offered(plugin, TATU_MODEL, ext.size, &tables::required!(ext, tatu_ext_model: models));
+            }
+            for (given, raw) in tables::list(ext.models) {
                 let needed = tables::required!(raw, tatu_model: id, build);
                 let Some(id) = self.named(plugin, "model", raw.id, raw.size, &needed) else { continue };
                 let claimed: Vec<usize> = self.models.iter().filter(|m| m.id == id).map(|m| m.plugin).collect();
                 if !self.is_own(plugin, "model", &id, &claimed) {
                     continue;
                 }
-                self.models.push(Model {
-                    plugin,
-                    id,
-                    text: tables::text(raw.text).unwrap_or_default(),
-                    params: Declared::read_list(raw.params),
-                    category: tables::label(raw.category).unwrap_or_default(),
-                    slots: labels(raw.slots),
-                    raw,
-                });
+                self.models.push(super::models::declared(plugin, id, given, raw));
             }
         }
     }
@@ -358,15 +354,6 @@ impl Registry {
             }
         }
     }
-}
-
-/// Returns the names of a null-terminated list, in the form that [`texts::flaw`] expects.
-///
-/// # Safety
-/// As for [`tables::pointers`].
-unsafe fn labels(list: *const *const c_char) -> Vec<String> {
-    // SAFETY: the caller guarantees that the list is valid.
-    unsafe { tables::pointers(list).into_iter().filter_map(|s| tables::label(s)).collect() }
 }
 
 /// Returns the reason that a field is invalid, and a hint, or `None` if it is valid.

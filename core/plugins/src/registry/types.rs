@@ -1,6 +1,9 @@
 //! The host's representation of what plugins offer.
 
-use std::{ffi::c_void, path::Path};
+use std::{
+    ffi::c_void,
+    path::{Path, PathBuf},
+};
 
 use tatu_plugin_api::{abi::*, safe::Value};
 
@@ -81,10 +84,48 @@ pub struct Model {
     pub params: Vec<Declared>,
     /// Its category in lists; may be empty.
     pub category: String,
+    /// Its licence, if it is not that of the plugin.
+    pub licence: String,
+    /// What it is mounted by in slots of other models; if empty, it fits everywhere.
+    pub mounts: Vec<String>,
     /// Objects that others can be attached to.
-    pub slots: Vec<String>,
+    pub slots: Vec<Slot>,
+    /// Its constants and their sources.
+    pub numbers: Vec<ModelNumber>,
+    /// The file that describes it, if it was read from text.
+    pub file: Option<PathBuf>,
+    /// The plugin's own table, by whose address it knows the model.
+    pub given: *const tatu_model,
     /// The table of its functions.
     pub raw: tatu_model,
+}
+
+/// A function that reads a model from text.
+pub(super) type ReadModel =
+    unsafe extern "C" fn(*mut c_void, tatu_str, tatu_str, *mut *const tatu_model, *mut tatu_error) -> tatu_status;
+
+/// A place of a model to which others can be attached.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Slot {
+    /// Alias of the object.
+    pub alias: String,
+    /// What fits; if empty, anything.
+    pub mount: String,
+    /// Where it is, one sentence; may be empty.
+    pub text: String,
+}
+
+/// A constant of a model, and where it comes from.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ModelNumber {
+    /// Its name.
+    pub name: String,
+    /// Its value, in SI units.
+    pub value: Value,
+    /// Its unit; may be empty.
+    pub unit: String,
+    /// Its source; may be empty.
+    pub source: String,
 }
 
 /// A script language.

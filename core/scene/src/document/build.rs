@@ -1,6 +1,6 @@
 //! The builder of documents, which checks every property against its row.
 
-use std::{collections::BTreeMap, ops::Range, sync::Arc};
+use std::{collections::BTreeMap, ops::Range, path::Path, sync::Arc};
 
 use nalgebra::{Isometry3, Point3};
 use tatu_errors::{Error, Place, Result};
@@ -10,7 +10,7 @@ use tatu_plugins::{Declared, Registry, SensorKind, texts::label};
 use toml_edit::Item;
 
 use super::{
-    DeviceSpec, Document, MAIN, Made, ObjectSpec, Report, ScriptSpec, keys, presets,
+    DeviceSpec, Document, MAIN, ObjectSpec, Report, ScriptSpec, keys, presets,
     presets::{Target, row},
 };
 use crate::{
@@ -29,7 +29,12 @@ pub struct Builder<'a> {
     pub group: usize,
     /// The place in a file that describes the next objects.
     pub place: Option<Place>,
+    /// The reader of texts in the scene format, for plugins that build from text; none where nothing is read.
+    pub texts: Option<ReadText>,
 }
+
+/// Adds the objects of a text in the scene format, which is (in essence) that of a file, below a parent.
+pub type ReadText = fn(&mut Builder<'_>, &Path, &str, Option<usize>) -> Result;
 
 /// Maximum number of objects; the live tree has room for a million.
 const MOST_OBJECTS: usize = 1_000_000;
@@ -344,15 +349,22 @@ impl<'a> Builder<'a> {
         }
     }
 
+    /// Records that the next object is the base of a model with these parameters. Models within it have higher numbers.
+    pub(super) fn started(&mut self, params: &[Declared]) {
+        let (number, base) = (self.document.next_model, self.document.objects.len());
+        self.document.next_model += 1;
+        self.document.models.push(super::ModelInstance { number, base, params: params.to_vec() });
+    }
+
     /// Turns the objects from index `first` on into a model placed at `placement`; returns its base, or `None` if there
     /// are no objects.
-    pub(super) fn placed(&mut self, first: usize, placement: Isometry3<f64>, made: Made) -> Option<usize> {
+    pub(super) fn placed(&mut self, first: usize, placement: Isometry3<f64>) -> Option<usize> {
         let base = self.document.objects.get_mut(first)?;
-        base.placement = placement;
+        // The base of a model may be that of a model within it.
+        base.placement = placement * base.placement;
         if !base.rows.iter().any(|(r, _)| *r == Row::ModelBase) {
             base.rows.push((Row::ModelBase, Value::Bool(true)));
         }
-        self.document.models.push(super::ModelInstance { made, base: first });
         Some(first)
     }
 }

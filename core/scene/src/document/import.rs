@@ -12,7 +12,7 @@ use tatu_plugins::{
 };
 
 use super::{
-    Builder, Made, Report,
+    Builder, Report,
     import_files::{MOST_BYTES, Source},
     plugin_builder::{BuildCall, Failed, run},
     sources::Sources,
@@ -72,10 +72,11 @@ impl Builder<'_> {
             false => self.document.new_group(),
         };
         let outer = std::mem::replace(&mut self.group, group);
+        self.started(&info.params);
         let from = Source { name: Some(shown.clone()), folder: Some(folder), roots, whole: import.whole };
         let me = registry.plugins[info.plugin].me;
         let asked = BuildCall { plugin: info.plugin, call: Call::Import, subject: &format!("the import of {shown}") };
-        let done = run(self, asked, from, (&info.params, import.params), parent, |table, params, error| {
+        let done = run(self, (asked, None), from, (&info.params, import.params), parent, |table, params, error| {
             // SAFETY: `f` is from a plugin that is never unloaded, and `me` is that plugin's own pointer. The bytes,
             // the table, the parameters and the error object live until the call has returned.
             info.raw.load.map_or(0, |f| unsafe { f(me, border::raw(import.bytes), table, params, error) })
@@ -84,7 +85,7 @@ impl Builder<'_> {
         let who = format!("{} of `{}`", Call::Import.text(), registry.plugins[info.plugin].id);
         done.map_err(|failed| told((&info.id, &who), import.file, import.bytes, self.place.as_ref(), failed))?;
         let nothing = || Error::new("E120", format!("cannot import {shown}: `{}` found nothing in it", info.id));
-        self.placed(first, placement, Made::Import(import.choice.importer)).ok_or_else(nothing)
+        self.placed(first, placement).ok_or_else(nothing)
     }
 }
 
@@ -106,9 +107,9 @@ fn told((id, who): (&str, &str), file: &Path, bytes: &[u8], from: Option<&Place>
         _ => (format!("`{id}` gave no reason"), None),
     };
     let place = match named {
-        None => Place { file: file.to_owned(), line, column: 1, span: span(bytes, line) },
+        None => Place::of_line(file.to_owned(), bytes, line),
         // The contents of other files are not available here, so only the line is known.
-        Some(named) => Place { file: file.with_file_name(named), line, column: 1, span: 0..0 },
+        Some(named) => Place::of_line(file.with_file_name(named), &[], line),
     };
     // An error without a line may be the plugin's own.
     let (line, who) = if line > 0 { (format!(":{line}"), String::new()) } else { (String::new(), format!(" [{who}]")) };
@@ -119,30 +120,4 @@ fn told((id, who): (&str, &str), file: &Path, bytes: &[u8], from: Option<&Place>
         parts => error.help(parts.join("; ")),
     };
     error.at(Some(place))
-}
-
-/// Returns the byte range of a line, counted from 1, without surrounding white space.
-fn span(bytes: &[u8], line: usize) -> std::ops::Range<usize> {
-    let mut start = 0;
-    for (n, text) in bytes.split_inclusive(|b| *b == b'\n').enumerate() {
-        if n + 1 == line {
-            let lead = text.iter().take_while(|b| b.is_ascii_whitespace()).count();
-            return start + lead..start + text.trim_ascii_end().len().max(lead);
-        }
-        start += text.len();
-    }
-    0..0
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_line_is_found_by_its_number() {
-        let text = b"one\n  two \r\n\nfour";
-        for (line, wanted) in [(1, "one"), (2, "two"), (3, ""), (4, "four"), (5, ""), (0, "")] {
-            assert_eq!(&text[span(text, line)], wanted.as_bytes(), "{line}");
-        }
-    }
 }

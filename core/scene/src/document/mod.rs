@@ -5,13 +5,14 @@
 //! - `plugin_builder`: the builder for plugins, and models; `import`: files of other formats; `import_files`: files
 //!   that they read; `live`: a document of a running scene;
 //! - `names`: paths and unique names; `toml`: scene files; `keys`: their keys, units and values;
-//! - `presets`: named settings of sensors;
+//! - `presets`: named settings of sensors; `removal`: parts that are taken out again;
 //! - `settings`: settings of the world; `scripts`: scripts in scene files;
 //! - `services`: services that a scene requests;
-//! - `overrides`: `[set]`, `--set`, `--script`;
+//! - `overrides`: `[set]`, `--set`, `--script`; `change`: what they state;
 //! - [`Sources`]: the source files of a document.
 
 mod build;
+mod change;
 mod import;
 mod import_files;
 mod keys;
@@ -20,6 +21,7 @@ mod names;
 mod overrides;
 mod plugin_builder;
 mod presets;
+mod removal;
 mod scripts;
 mod services;
 mod settings;
@@ -32,9 +34,9 @@ use nalgebra::Isometry3;
 use tatu_plugin_api::{abi::TATU_REPORT_NOTE, safe::Value};
 
 pub use build::Builder;
+pub use change::{Override, ScriptOverride};
 pub use import_files::normal;
 pub use live::Beside;
-pub use overrides::{Override, ScriptOverride};
 pub use presets::{Setting, Target, settings as preset_settings};
 pub use services::{ServiceOverride, UserSettings};
 pub use settings::{FRICTION_RULES, FrictionPair, LONGEST, Settings};
@@ -44,6 +46,7 @@ pub use toml::{Options, Written, folder_beside, load, load_part, plugin_folders,
 use crate::{ActuatorData, Data, Joint, Scene, SensorData, Shape, rows::Row};
 use tatu_errors::{Error, Place, Result};
 use tatu_geometry::Mesh;
+use tatu_plugins::Declared;
 
 /// The kind of script that runs the stages of a step itself.
 pub const MAIN: &str = "main";
@@ -125,22 +128,15 @@ impl ObjectSpec {
     }
 }
 
-/// The origin of a model.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Made {
-    /// Built by the model with this index.
-    Model(usize),
-    /// Built by the importer with this index.
-    Import(usize),
-}
-
 /// A model or import placed by the document.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ModelInstance {
-    /// Its origin.
-    pub made: Made,
+    /// Its number, in the order in which builds were started. It stays the same when other models are removed.
+    pub number: usize,
     /// Index of its base object.
     pub base: usize,
+    /// Its parameters.
+    pub params: Vec<Declared>,
 }
 
 /// A message of a builder about its source.
@@ -173,6 +169,14 @@ pub struct Document {
     pub meshes: Vec<Arc<Mesh>>,
     /// Placed models, in order.
     pub models: Vec<ModelInstance>,
+    /// Number of the next model.
+    next_model: usize,
+    /// Parameters of models that override those that are written, by number of the model.
+    model_params: Arc<[(usize, String, Value)]>,
+    /// Properties that the files set, which are applied when all objects exist.
+    sets: Vec<Override>,
+    /// Files that are being read, outermost first, to detect a model that contains itself.
+    chain: Vec<PathBuf>,
     /// Services to start alongside the world.
     pub services: Vec<ServiceSpec>,
     /// Messages of builders.

@@ -1,69 +1,15 @@
 //! Overrides by path: `[set]` in scenes, `--set` and `--script` on the command line.
 
-use std::path::PathBuf;
-
-use tatu_errors::{Error, Place, Result};
+use tatu_errors::{Error, Result};
 use tatu_plugin_api::safe::Value;
 use tatu_plugins::{Declared, Registry};
-use toml_edit::Item;
 
-use super::{Builder, Document, Made, ScriptSpec, keys, settings};
+use super::{
+    Builder, Document, ScriptSpec,
+    change::{Override, ScriptOverride},
+    keys, settings,
+};
 use crate::rows::kind_name;
-
-/// A property to override.
-#[derive(Debug, Clone)]
-pub struct Override {
-    /// The object that relative paths start from.
-    pub from: Option<usize>,
-    /// Path of the object, or "scene".
-    pub path: String,
-    /// Key, with its unit.
-    pub key: String,
-    /// Value.
-    pub item: Item,
-    /// The place where it is written.
-    pub place: Option<Place>,
-}
-
-impl Override {
-    /// Parses "PATH.KEY=VALUE". The value is parsed as TOML; if it is not valid TOML, it is a text.
-    pub fn parse(text: &str) -> Result<Self> {
-        let wrong = || {
-            Error::new("E102", format!("`{text}` is not a setting"))
-                .expected("PATH.PROPERTY=VALUE")
-                .help("for instance `/Robot/leftMotor.max_force_nm=2`, or `scene.dt_s=0.01`")
-        };
-        let (left, value) = text.split_once('=').ok_or_else(wrong)?;
-        // Both settings and paths of objects may contain dots.
-        let scene = left.split_once('.').filter(|(path, _)| path.trim() == "scene");
-        let (path, key) = scene.or_else(|| left.rsplit_once('.')).ok_or_else(wrong)?;
-        let item = value
-            .trim()
-            .parse::<toml_edit::Value>()
-            .map(Item::Value)
-            .unwrap_or_else(|_| Item::Value(toml_edit::Value::from(value)));
-        Ok(Override { from: None, path: path.trim().into(), key: key.trim().into(), item, place: None })
-    }
-}
-
-/// A script that replaces an object's own scripts.
-#[derive(Debug, Clone)]
-pub struct ScriptOverride {
-    /// Path of the object.
-    pub path: String,
-    /// The file.
-    pub file: PathBuf,
-}
-
-impl ScriptOverride {
-    /// Parses "OBJECT=FILE".
-    pub fn parse(text: &str) -> Result<Self> {
-        let (path, file) = text
-            .split_once('=')
-            .ok_or_else(|| Error::new("E102", format!("`{text}` does not name a file")).expected("OBJECT=FILE"))?;
-        Ok(ScriptOverride { path: path.into(), file: file.into() })
-    }
-}
 
 /// Returns the index of the object with a path.
 pub fn find(document: &Document, from: Option<usize>, path: &str) -> Result<usize> {
@@ -78,6 +24,16 @@ pub fn find(document: &Document, from: Option<usize>, path: &str) -> Result<usiz
         if let Some(one) = document.names.only(path).filter(|i| document.objects.get(*i).is_some_and(|o| o.group == 0))
         {
             return Ok(one);
+        }
+    }
+    // Within a model, its own alias names its base.
+    if let Some(base) = from
+        && let Some(rest) = path.strip_prefix(document.objects[base].alias.as_str())
+    {
+        match rest.strip_prefix('/') {
+            None if rest.is_empty() => return Ok(base),
+            Some(rest) if document.names.find(from, path).is_none() => return find(document, from, rest),
+            _ => {}
         }
     }
     let (scene, slots) = document.instantiate();
@@ -120,16 +76,16 @@ pub(super) fn apply(
             continue;
         }
         let object = find(document, o.from, &o.path).map_err(at)?;
-        if let Some((number, key, value)) = model_param(document, registry, object, o).map_err(at)? {
+        if let Some((number, key, value)) = model_param(document, object, o).map_err(at)? {
             if known.iter().any(|(n, k, v)| (*n, k, v) == (number, &key, &value)) {
                 continue;
             }
             return Ok(Some((number, key, value)));
         }
         // The key may be a misspelt parameter of the model.
-        let meant = params_of(document, registry, object)
+        let meant = params_of(document, object)
             .and_then(|(_, params)| keys::find(&o.key, &params, &format!("the model `{}`", o.path)).err());
-        let mut builder = Builder { registry, document, group: 0, place: None };
+        let mut builder = Builder { registry, document, group: 0, place: None, texts: None };
         let declared = builder.declared(object);
         let owner = format!("`{}`, a {}", o.path, kind_name(builder.document.objects[object].kind));
         let ((declared, target), factor) = keys::find(&o.key, &declared, &owner)
@@ -142,23 +98,14 @@ pub(super) fn apply(
 }
 
 /// Returns the number and the parameters of the model with this base object.
-fn params_of(document: &Document, registry: &Registry, object: usize) -> Option<(usize, Vec<(Declared, ())>)> {
-    let number = document.models.iter().position(|m| m.base == object)?;
-    let params = match document.models[number].made {
-        Made::Model(m) => &registry.models[m].params,
-        Made::Import(i) => &registry.importers[i].params,
-    };
-    Some((number, params.iter().map(|p| (p.clone(), ())).collect()))
+fn params_of(document: &Document, object: usize) -> Option<(usize, Vec<(Declared, ())>)> {
+    let model = document.models.iter().find(|m| m.base == object)?;
+    Some((model.number, model.params.iter().map(|p| (p.clone(), ())).collect()))
 }
 
 /// Returns the override as a parameter of the model with this base object, if it is one.
-fn model_param(
-    document: &Document,
-    registry: &Registry,
-    object: usize,
-    o: &Override,
-) -> Result<Option<(usize, String, Value)>> {
-    let Some((number, declared)) = params_of(document, registry, object) else { return Ok(None) };
+fn model_param(document: &Document, object: usize, o: &Override) -> Result<Option<(usize, String, Value)>> {
+    let Some((number, declared)) = params_of(document, object) else { return Ok(None) };
     let Ok((entry, factor)) = keys::find(&o.key, &declared, "") else { return Ok(None) };
     let value = keys::to_value(&o.item, factor)?;
     let value = keys::check(&entry.0, &o.key, value)?;

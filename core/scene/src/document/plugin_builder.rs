@@ -1,23 +1,26 @@
 //! The builder interface for plugins.
 
-use std::{cell::RefCell, path::PathBuf};
+use std::{
+    cell::RefCell,
+    path::{Path, PathBuf},
+};
 
 use nalgebra::Isometry3;
 use nalgebra::Point3;
-use tatu_errors::{Error, Result};
+use tatu_errors::{Error, Place, Result};
 use tatu_geometry::Mesh;
 use tatu_plugin_api::{
     abi::*,
     safe::{Owned, Value},
 };
 use tatu_plugins::{
-    Declared,
+    Declared, Model,
     border::{ErrorSlot, answer},
     texts,
     watchdog::Call,
 };
 
-use super::{Builder, Made, Report, SCRIPT_KINDS, ScriptSpec, import_files::Source};
+use super::{Builder, Report, SCRIPT_KINDS, ScriptSpec, import_files::Source};
 
 /// A build: the builder, and the first error so far.
 struct Build<'b, 'a> {
@@ -27,6 +30,8 @@ struct Build<'b, 'a> {
     parent: Option<usize>,
     error: RefCell<Option<Error>>,
     source: Source,
+    /// The file that describes the model, if there is one.
+    file: Option<PathBuf>,
     files: RefCell<Vec<Vec<u8>>>,
 }
 
@@ -52,7 +57,7 @@ impl Builder<'_> {
     /// Builds a model with these parameters; returns the index of its base.
     pub fn model(
         &mut self,
-        model: usize,
+        model: &Model,
         params: &[(String, Value)],
         parent: Option<usize>,
         placement: Isometry3<f64>,
@@ -60,39 +65,47 @@ impl Builder<'_> {
         let first = self.document.objects.len();
         let group = self.document.new_group();
         let outer = std::mem::replace(&mut self.group, group);
+        self.started(&model.params);
         let built = run_model(self, model, params, parent);
         self.group = outer;
         built?;
-        let id = &self.registry.models[model].id;
-        let nothing = || Error::new("E111", format!("the model `{id}` built nothing"));
-        self.placed(first, placement, Made::Model(model)).ok_or_else(nothing)
+        let nothing = || Error::new("E111", format!("the model `{}` built nothing", model.id));
+        self.placed(first, placement).ok_or_else(nothing)
     }
 }
 
 /// Calls the build function of a model.
-fn run_model(builder: &mut Builder<'_>, model: usize, params: &[(String, Value)], parent: Option<usize>) -> Result {
+fn run_model(builder: &mut Builder<'_>, info: &Model, params: &[(String, Value)], parent: Option<usize>) -> Result {
     let registry = builder.registry;
-    let info = &registry.models[model];
-    let folder = builder.document.file.as_ref().and_then(|f| f.parent().map(PathBuf::from));
-    let source = Source { name: None, roots: folder.iter().cloned().collect(), folder, whole: false };
+    let folder_of = |f: &Path| f.parent().map(PathBuf::from);
+    let scene = builder.document.file.as_deref().and_then(folder_of);
+    let folder = info.file.as_deref().map_or_else(|| scene.clone(), folder_of);
+    let mut roots: Vec<PathBuf> = folder.iter().cloned().chain(scene).collect();
+    roots.dedup();
+    let source = Source { name: None, roots, folder, whole: false };
     let me = registry.plugins[info.plugin].me;
     let asked = BuildCall { plugin: info.plugin, call: Call::Build, subject: &format!("the model `{}`", info.id) };
     let first = builder.document.objects.len();
-    let done = run(builder, asked, source, (&info.params, params), parent, |table, params, error| {
+    let done = run(builder, (asked, Some(info)), source, (&info.params, params), parent, |table, params, error| {
         // SAFETY: `f` is from a plugin that is never unloaded, and `me` is that plugin's own pointer. The table, the
         // parameters and the error object live until the call has returned.
         info.raw.build.map_or(TATU_OK, |f| unsafe { f(me, table, params, error) })
     });
     let plugin = &registry.plugins[info.plugin].id;
     let built = builder.document.objects.get(first..).unwrap_or_default();
-    let lost = info.slots.iter().find(|s| !built.iter().any(|o| o.alias == **s)).filter(|_| done.is_ok());
-    if let Some(slot) = lost {
+    // A model of text may leave out objects, and with them slots.
+    let lost = info.slots.iter().find(|s| !built.iter().any(|o| o.alias == s.alias));
+    if let Some(slot) = lost.filter(|_| done.is_ok() && info.file.is_none()) {
+        let slot = &slot.alias;
         let text = format!("the model `{}`: it declares the slot `{slot}`, but builds no such object", info.id);
         return Err(Error::new("E111", format!("{text} [{} of `{plugin}`]", Call::Build.text()))
             .help("build it, or take it out of `tatu_model.slots`; report it to the plugin's authors"));
     }
     done.map_err(|failed| match failed {
         Failed::Breach(e) => e,
+        // The error is in the text, not in the plugin.
+        Failed::Refused(e) if info.file.is_some() && e.place.is_some() => e,
+        Failed::Said(said) if info.file.is_some() => of_text(builder, info, &said),
         Failed::Refused(e) => {
             let text = format!("the model `{}`: {} [{} of `{plugin}`]", info.id, e.text, Call::Build.text());
             Error { text, ..e }
@@ -104,10 +117,23 @@ fn run_model(builder: &mut Builder<'_>, model: usize, params: &[(String, Value)]
     })
 }
 
+/// Returns what a plugin says about the text of a model.
+fn of_text(builder: &Builder<'_>, info: &Model, said: &ErrorSlot) -> Error {
+    let (said, file) = (said.said(), info.file.clone().unwrap_or_default());
+    let why = said.text.unwrap_or_else(|| "its plugin gave no reason".to_owned());
+    let error = Error::new("E111", format!("the model `{}` cannot be built: {why}", info.id));
+    let error = match said.help {
+        Some(help) => error.help(help),
+        None => error,
+    };
+    let bytes = builder.document.sources.read(&file).unwrap_or_default();
+    error.at(Some(Place::of_line(file, &bytes, said.line as usize)))
+}
+
 /// Calls a plugin function that writes to the builder, with its parameters and defaults filled in.
 pub(super) fn run(
     builder: &mut Builder<'_>,
-    asked: BuildCall<'_>,
+    (asked, of): (BuildCall<'_>, Option<&Model>),
     source: Source,
     (declared, params): (&[Declared], &[(String, Value)]),
     parent: Option<usize>,
@@ -125,6 +151,7 @@ pub(super) fn run(
         parent,
         error: RefCell::new(None),
         source,
+        file: of.and_then(|m| m.file.clone()),
         files: RefCell::new(Vec::new()),
     };
     let table = tatu_builder {
@@ -140,6 +167,8 @@ pub(super) fn run(
         report: Some(report),
         file: Some(file),
         describe: builder_describes.then_some(describe),
+        model: of.map_or(std::ptr::null(), |m| m.given),
+        scene: Some(scene),
     };
     let mut slot = ErrorSlot::new();
     // SAFETY: `slot` is the host's own error object, which lives until the call has returned.
@@ -296,6 +325,20 @@ extern "C" fn describe(t: Option<&tatu_builder>, map: Option<&ValueRef<'_>>) -> 
         _ => Err(Error::new("E102", "the description of a file is not a map")),
     });
     told.map_or(TATU_ERR_ARGUMENT, |()| TATU_OK)
+}
+
+extern "C" fn scene(t: Option<&tatu_builder>, parent: u32, name: Lent<'_>, text: Lent<'_>) -> tatu_status {
+    let added = with(t, |build, b| {
+        let parent = if parent == 0 { build.parent } else { Some(index(build, parent)?) };
+        let lacks = || Error::new("E112", "this build cannot read texts in the scene format");
+        let read = b.texts.ok_or_else(lacks)?;
+        let file = match name.text() {
+            name if name.is_empty() => build.file.clone(),
+            name => build.source.folder.as_ref().map(|folder| folder.join(&*name)),
+        };
+        read(b, &file.ok_or_else(lacks)?, &text.text(), parent)
+    });
+    added.map_or(TATU_ERR_ARGUMENT, |()| TATU_OK)
 }
 
 extern "C" fn file<'a>(t: Option<&'a tatu_builder>, relative: Lent<'_>, out: Option<&mut Lent<'a>>) -> tatu_status {

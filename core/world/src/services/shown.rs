@@ -49,8 +49,8 @@ pub(super) extern "C" fn row<'a>(
 
 pub(super) extern "C" fn model<'a>(w: WorldRef<'a>, index: u32, out: Option<&mut ValueRef<'a>>) -> tatu_status {
     on(w, Function::looks("scene.model"), |world| {
-        let found = world.model.registry.models.get(index as usize).ok_or(TATU_ERR_MISSING)?;
-        give(world, &map([("id", Value::text(&found.id)), ("text", Value::text(&found.text))]), out)
+        let (id, text) = world.model.registry.model_at(index as usize).ok_or(TATU_ERR_MISSING)?;
+        give(world, &map([("id", Value::text(id)), ("text", Value::text(text))]), out)
     })
 }
 

@@ -6,6 +6,7 @@ pub(crate) mod event;
 pub(crate) mod importer;
 pub(crate) mod language;
 pub(crate) mod model;
+pub(crate) mod model_reader;
 pub(crate) mod offer;
 pub(crate) mod plugin;
 pub(crate) mod sensor;

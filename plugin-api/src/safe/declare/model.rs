@@ -26,6 +26,9 @@ pub trait Model: Sized + 'static {
     /// Category in lists, such as "mobile robots", "arms" or "furniture"; may be empty.
     const CATEGORY: &'static str = "";
 
+    /// What it is mounted by in a slot of another model; if empty, it fits everywhere.
+    const MOUNTS: &'static [&'static str] = &[];
+
     /// Declares the model's parameters.
     fn params() -> Vec<Param>;
     /// Builds the model; the first object is its base, at the model's default pose.
@@ -96,6 +99,19 @@ impl<'a> Builder<'a> {
             _ => Ok(()),
         }
     }
+    /// Adds what a text in the scene format describes, with objects without a parent below `parent`. `name` is the file
+    /// from which the text comes, relative to the folder of the source.
+    pub fn scene(&self, parent: Option<Node<'a>>, name: &str, text: &str) -> Result {
+        let parent = parent.map_or(0, |p| p.id);
+        match self.raw.scene.map_or(TATU_ERR_UNSUPPORTED, |f| f(Some(self.raw), parent, name.into(), text.into())) {
+            status if status < 0 => Err(Fail::with_code(status, format!("the host refused the text of `{name}`"))),
+            _ => Ok(()),
+        }
+    }
+    /// Returns the base of what is being built: its first object.
+    pub fn base(&self) -> Node<'a> {
+        Node { builder: *self, id: 1 }
+    }
     /// Adds a report about the source; `severity` is one of `TATU_REPORT_*`.
     pub fn report(&self, severity: u32, node: Option<Node<'a>>, text: &str) {
         if let Some(f) = self.raw.report {
@@ -161,6 +177,10 @@ pub(crate) fn table<M: Model>(keep: &mut Keep) -> *const tatu_model {
         slots: keep.texts(M::SLOTS),
         build: Some(build::<M>),
         category: if M::CATEGORY.is_empty() { std::ptr::null() } else { keep.text(M::CATEGORY) },
+        licence: std::ptr::null(),
+        mounts: keep.texts(M::MOUNTS),
+        slot_infos: std::ptr::null(),
+        numbers: std::ptr::null(),
     };
     keep.table(raw)
 }

@@ -4,7 +4,7 @@ use std::{collections::HashSet, ptr::null};
 
 use crate::abi::*;
 use crate::safe::{
-    Actuator, Command, Constant, Event, Importer, Language, Model, PerWorld, Plugin, Sensor, Service,
+    Actuator, Command, Constant, Event, Importer, Language, Model, ModelReader, PerWorld, Plugin, Sensor, Service,
     declare::plugin::{Offer, Tables},
     entry::life::{self, Kept},
     value::{fail::bytes_raw, keep::Keep},
@@ -23,6 +23,7 @@ impl<P: Plugin> Offer<P> {
             sensors: Vec::new(),
             actuators: Vec::new(),
             models: Vec::new(),
+            read_model: None,
             importers: Vec::new(),
             languages: Vec::new(),
             services: Vec::new(),
@@ -111,6 +112,10 @@ impl<P: Plugin> Offer<P> {
         let raw = crate::safe::declare::model::table::<M>(&mut self.keep);
         self.models.push(raw);
     }
+    /// Sets the reader of models that are described by text.
+    pub fn model_reader<R: ModelReader<Plugin = P>>(&mut self) {
+        self.read_model = Some(crate::safe::declare::model_reader::read::<R>);
+    }
     /// Adds an importer.
     pub fn importer<I: Importer<Plugin = P>>(&mut self) {
         let raw = crate::safe::declare::importer::table::<I>(&mut self.keep);
@@ -165,9 +170,9 @@ impl<P: Plugin> Offer<P> {
             let kinds = keep.list(self.actuators);
             keep.table(tatu_ext_actuator { size: size_of::<tatu_ext_actuator>() as u32, reserved: 0, kinds })
         });
-        let model = (!self.models.is_empty()).then(|| {
-            let models = keep.list(self.models);
-            keep.table(tatu_ext_model { size: size_of::<tatu_ext_model>() as u32, reserved: 0, models })
+        let model = (!self.models.is_empty() || self.read_model.is_some()).then(|| {
+            let (models, read) = (keep.list(self.models), self.read_model);
+            keep.table(tatu_ext_model { size: size_of::<tatu_ext_model>() as u32, reserved: 0, models, read })
         });
         let importer = (!self.importers.is_empty()).then(|| {
             let importers = keep.list(self.importers);

@@ -1,6 +1,6 @@
 //! The plugin, and the types of its declaration, which refer to each other.
 
-use std::collections::HashSet;
+use std::{collections::HashSet, ffi::c_void, sync::Mutex};
 
 use crate::abi::*;
 use crate::safe::{Fail, Host, Param, Result, Value, World, value::keep::Keep};
@@ -73,6 +73,19 @@ pub(crate) struct Started<P: Plugin> {
     pub(crate) plugin: P,
     pub(crate) host: Host,
     pub(crate) tables: Tables,
+    /// Models that it has read.
+    pub(crate) read: Mutex<ReadModels>,
+}
+
+/// The function of a plugin that reads models.
+pub(crate) type ReadModel =
+    unsafe extern "C" fn(*mut c_void, tatu_str, tatu_str, *mut *const tatu_model, *mut tatu_error) -> tatu_status;
+
+/// Models that were read, until shutdown: each by its name and text, so that the same text is read once.
+#[derive(Default)]
+pub(crate) struct ReadModels {
+    pub(crate) known: Vec<(String, String, *const tatu_model)>,
+    pub(crate) keep: Keep,
 }
 
 /// The finished tables of a started plugin.
@@ -102,6 +115,7 @@ pub struct Offer<P: Plugin> {
     pub(crate) sensors: Vec<*const tatu_sensor>,
     pub(crate) actuators: Vec<*const tatu_actuator>,
     pub(crate) models: Vec<*const tatu_model>,
+    pub(crate) read_model: Option<ReadModel>,
     pub(crate) importers: Vec<*const tatu_importer>,
     pub(crate) languages: Vec<*const tatu_language>,
     pub(crate) services: Vec<*const tatu_service>,

@@ -1,6 +1,9 @@
 //! The library's single symbol: start, shutdown, and the macro that exports a plugin.
 
-use std::ffi::{CStr, c_char, c_void};
+use std::{
+    ffi::{CStr, c_char, c_void},
+    sync::Mutex,
+};
 
 use crate::abi::*;
 use crate::safe::{Fail, Host, Offer, Plugin, declare::plugin::Started, entry::guard};
@@ -35,7 +38,7 @@ pub unsafe extern "C" fn init<P: Plugin>(
         let plugin = P::start(&host)?;
         let mut offer = Offer::new();
         P::offer(&mut offer);
-        let started = Box::new(Started { plugin, host, tables: offer.finish() });
+        let started = Box::new(Started { plugin, host, tables: offer.finish(), read: Mutex::default() });
         // SAFETY: `me` points to a valid place for the pointer, as the header requires.
         unsafe { *me = Box::into_raw(started).cast() };
         Ok(TATU_OK)

@@ -1,5 +1,7 @@
 //! Declarations of parameters, which scenes write with their unit.
 
+use std::borrow::Cow;
+
 use crate::abi::*;
 use crate::safe::{
     Fail, Owned, Result, Value, ValueRef,
@@ -13,11 +15,11 @@ pub struct Param {
     pub(crate) kind: u32,
     pub(crate) count: u32,
     pub(crate) flags: u32,
-    pub(crate) unit: Option<&'static str>,
+    pub(crate) unit: Option<Cow<'static, str>>,
     pub(crate) lowest: f64,
     pub(crate) highest: f64,
     pub(crate) fallback: Value,
-    pub(crate) choices: &'static [&'static str],
+    pub(crate) choices: Vec<Cow<'static, str>>,
     pub(crate) keys: Vec<Param>,
     pub(crate) text: String,
 }
@@ -33,7 +35,7 @@ impl Param {
             lowest: f64::NEG_INFINITY,
             highest: f64::INFINITY,
             fallback: Value::Nil,
-            choices: &[],
+            choices: Vec::new(),
             keys: Vec::new(),
             text: String::new(),
         }
@@ -93,8 +95,8 @@ impl Param {
         Self { flags: TATU_PARAM_ANY, ..Self::of(TATU_NIL, key) }
     }
     /// Sets the parameter's unit: "m", "rad", "s", "kg", "N", "N m", "m/s", "rad/s", "Hz".
-    pub fn unit(mut self, unit: &'static str) -> Self {
-        self.unit = Some(unit);
+    pub fn unit(mut self, unit: impl Into<Cow<'static, str>>) -> Self {
+        self.unit = Some(unit.into());
         self
     }
     /// Sets the least and the greatest value.
@@ -109,7 +111,12 @@ impl Param {
     }
     /// Sets the allowed texts.
     pub fn choices(mut self, choices: &'static [&'static str]) -> Self {
-        self.choices = choices;
+        self.choices = choices.iter().map(|c| Cow::Borrowed(*c)).collect();
+        self
+    }
+    /// Sets the allowed texts, if they are known only at run time.
+    pub fn choices_of(mut self, choices: Vec<String>) -> Self {
+        self.choices = choices.into_iter().map(Cow::Owned).collect();
         self
     }
     /// Allows the parameter to be omitted, or nil.
@@ -199,11 +206,11 @@ impl Param {
             count: self.count,
             flags: self.flags,
             key: keep.text(&self.key),
-            unit: self.unit.map_or(std::ptr::null(), |u| keep.text(u)),
+            unit: self.unit.as_deref().map_or(std::ptr::null(), |u| keep.text(u)),
             lowest: self.lowest,
             highest: self.highest,
             fallback: keep.value(&self.fallback),
-            choices: if self.choices.is_empty() { std::ptr::null() } else { keep.texts(self.choices) },
+            choices: if self.choices.is_empty() { std::ptr::null() } else { keep.texts(&self.choices) },
             text: keep.text(&self.text),
             keys: if keys.is_empty() { std::ptr::null() } else { keep.list(keys) },
         };

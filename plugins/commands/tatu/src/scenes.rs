@@ -42,7 +42,7 @@ pub(crate) fn offer(offer: &mut Offer<Tatu>) {
             Ok(())
         })
         .returns(Param::any("models").text("a table for each: id, text"))
-        .text("Lists the models that plugins offer.")
+        .text("Lists the models that plugins offer, and those in folders for models.")
         .example("assert(#tatu.models() > 0)"),
     );
     offer.command(
@@ -61,7 +61,7 @@ pub(crate) fn offer(offer: &mut Offer<Tatu>) {
         })
         .param(Param::string("model").text("its id: `tatu.models`"))
         .returns(Param::int("object").text("its base, placed at the origin of the world"))
-        .text("Adds a model that a plugin offers, with the default values of its parameters.")
+        .text("Adds a model of that list, with the default values of its parameters.")
         .example("local robot = tatu.addModel('pioneer_p3dx')\ntatu.set(robot, 'object.position', {60, 60, 0.14})"),
     );
     offer.command(

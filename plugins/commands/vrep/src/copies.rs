@@ -118,6 +118,18 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     files(offer);
 }
 
+/// Returns whether a text is the id of a model that plugins or folders offer.
+fn is_model(c: &Call<'_, Vrep>, id: &[u8]) -> Result<bool> {
+    for at in 0.. {
+        match c.world().model(at)? {
+            Some(model) if model.get("id").and_then(|v| v.as_bytes()) == Some(id) => return Ok(true),
+            Some(_) => {}
+            None => break,
+        }
+    }
+    Ok(false)
+}
+
 /// Adds the commands that load and save models and scenes.
 fn files(offer: &mut Offer<Vrep>) {
     offer.command(
@@ -128,6 +140,10 @@ fn files(offer: &mut Offer<Vrep>) {
             let found =
                 [file.to_vec(), scene_file(file)].into_iter().find_map(|name| w.file(&name, TATU_FILE_READ).ok());
             let Some(path) = found else {
+                if is_model(c, file)? {
+                    c.ret(handle(w.load(file, 0)?));
+                    return Ok(());
+                }
                 // Without V-REP's installation, its models are objects that a script looks up by name.
                 let file = String::from_utf8_lossy(file).into_owned();
                 let stem = file.rsplit(['/', '\\']).next().unwrap_or_default();
@@ -145,7 +161,10 @@ fn files(offer: &mut Offer<Vrep>) {
         .param(Param::string("file"))
         .param(Param::any("options").optional())
         .returns(Param::int("model").text("handle of its base"))
-        .text("Loads a model: a scene file, or one that an importer reads, such as `.ttm` and `.urdf`.")
+        .text(
+            "Loads a model: a scene file, one that an importer reads, such as `.ttm` and `.urdf`, or the id of a model \
+             (`tatu list models`).",
+        )
         .partial("A model from a buffer is not loaded; options have no effect."),
     );
     offer.command(

@@ -48,7 +48,8 @@ impl Reader<'_> {
         let choice = choice.ok_or_else(|| self.registry.no_importer(Path::new(&name)))?;
         // All other contents of the file go to a separate document, which is discarded.
         let mut alone = Document { sources: b.document.sources.clone(), ..Default::default() };
-        let mut inner = Builder { registry: self.registry, document: &mut alone, group: 0, place: b.place.clone() };
+        let mut inner =
+            Builder { registry: self.registry, document: &mut alone, group: 0, place: b.place.clone(), texts: b.texts };
         let import = import::Import { file: &file, bytes: &bytes, choice, params: &[], whole: false };
         inner.import(import, None, Isometry3::identity())?;
         let [mesh] = alone.meshes.as_slice() else {

@@ -5,11 +5,15 @@
 //! or language.
 //!
 //! - [`load`] and the reader of a file's tables, in order;
-//! - `scene`: `[scene]` and `[providers]`; `parts`: `[[model]]`, `[[import]]` and scenes as models; `object`:
-//!   `[[object]]`, positions and `[set]`; `meshes`: meshes in separate files;
+//! - `scene`: `[scene]` and `[providers]`; `parts`: `[[model]]`, `[[import]]` and scenes as models; `models`: which
+//!   model a name stands for, and models of text; `naming`: their files; `changes`: what a scene adds to, takes out of and replaces in a model;
+//!   `object`: `[[object]]`, positions and `[set]`; `meshes`: meshes in separate files;
 //! - `write`: a document as a scene file; `value_text`: the text of values.
 
+mod changes;
 mod meshes;
+mod models;
+mod naming;
 mod object;
 mod parts;
 mod scene;
@@ -19,6 +23,7 @@ mod write;
 use std::{
     collections::BTreeMap,
     path::{Path, PathBuf},
+    sync::Arc,
 };
 
 use nalgebra::Isometry3;
@@ -28,8 +33,9 @@ use tatu_plugins::Registry;
 use toml_edit::{Item, TableLike};
 
 use super::{
-    Builder, Document, Report, import, keys,
-    overrides::{self, Override, ScriptOverride},
+    Builder, Document, Report,
+    change::{Override, ScriptOverride},
+    import, keys, overrides,
     services::{self, ServiceOverride, UserSettings},
     sources::Sources,
 };
@@ -71,10 +77,11 @@ pub fn plugin_folders(file: &Path, sources: &Sources) -> Result<Vec<PathBuf>> {
 /// Loads a scene file as a document.
 pub fn load(file: &Path, registry: &Registry, options: &Options) -> Result<Document> {
     // Parameters of models that were set as properties: the models must be rebuilt with them.
-    let mut model_params: Vec<(usize, String, Value)> = Vec::new();
+    let mut model_params: Arc<[(usize, String, Value)]> = [].into();
     // Each round settles at least one of them, and no scene has as many as this.
     for _ in 0..10_000 {
-        let (mut document, set) = Reader::read(file, registry, &model_params, options)?;
+        let mut document = Reader::read(file, registry, model_params.clone(), options)?;
+        let set = std::mem::take(&mut document.sets);
         if let Some(seed) = options.seed {
             document.settings.seed = seed;
         }
@@ -88,7 +95,7 @@ pub fn load(file: &Path, registry: &Registry, options: &Options) -> Result<Docum
         }
         let all: Vec<Override> = set.into_iter().chain(options.set.iter().cloned()).collect();
         match overrides::apply(&mut document, registry, &all, &model_params)? {
-            Some(more) => model_params.push(more),
+            Some(more) => model_params = model_params.iter().cloned().chain([more]).collect(),
             None => {
                 overrides::replace_scripts(&mut document, registry, &options.scripts)?;
                 services::apply(&mut document, registry, &options.services)?;
@@ -104,10 +111,12 @@ pub fn load(file: &Path, registry: &Registry, options: &Options) -> Result<Docum
 /// Loads a file that becomes a part of a live scene: a scene file, or a file for an importer. If `file` is the id of a
 /// model, loads a scene that contains only this model.
 pub fn load_part(file: &Path, registry: &Registry) -> Result<Document> {
-    if let Some(model) = registry.models.iter().find(|m| file == Path::new(&m.id)) {
-        let name = PathBuf::from(format!("{}.toml", model.id));
+    let id =
+        file.to_str().filter(|id| registry.models.iter().any(|m| m.id == *id) || registry.find_model(id).is_some());
+    if let Some(id) = id {
+        let name = PathBuf::from(format!("{id}.toml"));
         let options = Options::default();
-        options.sources.keep(&name, format!("format = 1\n[[model]]\nmodel = {:?}\n", model.id).into_bytes());
+        options.sources.keep(&name, format!("format = 1\n[[model]]\nmodel = {id:?}\n").into_bytes());
         return load(&name, registry, &options);
     }
     if file.extension().is_some_and(|e| e == "toml") {
@@ -116,7 +125,7 @@ pub fn load_part(file: &Path, registry: &Registry) -> Result<Document> {
     let mut document = Document { file: Some(file.to_owned()), ..Default::default() };
     let bytes = read_bytes(file, &document.sources)?;
     let choice = registry.importer_of(file, &bytes, &BTreeMap::new())?.ok_or_else(|| registry.no_importer(file))?;
-    let mut builder = Builder { registry, document: &mut document, group: 0, place: None };
+    let mut builder = Builder { registry, document: &mut document, group: 0, place: None, texts: Some(add_text) };
     builder.place = Some(Place { file: file.to_owned(), ..Default::default() });
     let import = import::Import { file, bytes: &bytes, choice, params: &[], whole: false };
     builder.import(import, None, Isometry3::identity())?;
@@ -135,60 +144,83 @@ fn unreadable(file: &Path, why: &str) -> Error {
 struct Reader<'a> {
     text: keys::Text<'a>,
     registry: &'a Registry,
-    model_params: &'a [(usize, String, Value)],
-    set: Vec<Override>,
-    /// Files that are being read, outermost first, to detect a scene that contains itself.
-    chain: Vec<PathBuf>,
     /// Numbers of the meshes read from files.
     meshes: BTreeMap<PathBuf, i64>,
 }
 
+/// Adds what a text in the scene format describes. If it differs from the contents of its file, errors point to whole
+/// lines of the file.
+fn add_text(b: &mut Builder<'_>, file: &Path, text: &str, parent: Option<usize>) -> Result {
+    let mut reader = Reader::new(file, text, b.registry);
+    let place = b.place.clone();
+    let read = reader.file(b, parent, false);
+    b.place = place;
+    read.map_err(|mut e| {
+        if let Some(place) = e.place.as_mut().filter(|p| p.file == file) {
+            let bytes = b.document.sources.read(file).unwrap_or_default();
+            if bytes != text.as_bytes() {
+                **place = Place::of_line(file.to_owned(), &bytes, place.line);
+            }
+        }
+        e
+    })
+}
+
 impl<'a> Reader<'a> {
+    fn new(file: &'a Path, text: &'a str, registry: &'a Registry) -> Self {
+        Reader { text: keys::Text::new(file, text), registry, meshes: BTreeMap::new() }
+    }
+
     fn read(
         file: &Path,
         registry: &'a Registry,
-        model_params: &'a [(usize, String, Value)],
+        model_params: Arc<[(usize, String, Value)]>,
         options: &Options,
-    ) -> Result<(Document, Vec<Override>)> {
+    ) -> Result<Document> {
         let sources = &options.sources;
         let mut document = Document {
             file: Some(file.to_owned()),
             sources: sources.clone(),
             describe: options.describe,
+            model_params,
             ..Default::default()
         };
-        let mut builder = Builder { registry, document: &mut document, group: 0, place: None };
+        let mut builder = Builder { registry, document: &mut document, group: 0, place: None, texts: Some(add_text) };
         let bytes = read_bytes(file, sources)?;
         let named = file.extension().is_some_and(|e| e == "toml");
         let choice = if named { None } else { registry.importer_of(file, &bytes, &BTreeMap::new())? };
         if let Some(choice) = choice {
-            let params = model_params.iter().map(|(_, k, v)| (k.clone(), v.clone())).collect::<Vec<_>>();
+            let params: Vec<_> = builder.document.model_params.iter().map(|(_, k, v)| (k.clone(), v.clone())).collect();
             builder.place = Some(Place { file: file.to_owned(), ..Default::default() });
             let import = import::Import { file, bytes: &bytes, choice, params: &params, whole: true };
             builder.import(import, None, Isometry3::identity())?;
-            return Ok((document, Vec::new()));
+            return Ok(document);
         }
         let text = String::from_utf8(bytes).map_err(|_| match named {
             true => unreadable(file, "it is not UTF-8 text"),
             false => registry.no_importer(file).help("a scene is a TOML file"),
         })?;
-        let mut reader = Reader {
-            text: keys::Text::new(file, &text),
-            registry,
-            model_params,
-            set: Vec::new(),
-            chain: vec![canonical(file)],
-            meshes: BTreeMap::new(),
-        };
-        reader.file(&mut builder, None, true)?;
-        let set = std::mem::take(&mut reader.set);
-        Ok((document, set))
+        let mut reader = Reader::new(file, &text, registry);
+        match naming::describes_model(&text) {
+            true => reader.alone(&mut builder)?,
+            false => {
+                builder.document.chain.push(canonical(file));
+                reader.file(&mut builder, None, true)?;
+            }
+        }
+        Ok(document)
     }
 
     /// Reads the current file; objects without a parent are placed below `parent`.
     fn file(&mut self, b: &mut Builder<'_>, parent: Option<usize>, top: bool) -> Result {
         let doc = toml_edit::Document::parse(self.text.text).map_err(|e| {
-            Error::new("E100", format!("not a TOML file: {}", e.message())).at(Some(self.text.place(e.span())))
+            let error = Error::new("E100", format!("not a TOML file: {}", e.message()));
+            let both = self.text.text.contains("[[model]]") && self.text.text.contains("[model]");
+            let error = match both {
+                true => error.help("in a file with `[model]`, models are placed by `[[object]]` with `model = ...`"),
+                false => error,
+            };
+            error.at(Some(self.text.place(e.span())))
         })?;
         let root = doc.as_table();
         const KNOWN: &[&str] =
@@ -226,7 +258,8 @@ impl<'a> Reader<'a> {
         if let Some(providers) = self.table(root, "providers")? {
             for (key, item) in providers.iter() {
                 let value = self.string(providers, key, item)?;
-                self.check_provider(key, &value).map_err(|e| e.at(Some(self.text.value(providers, key))))?;
+                self.check_provider(key, &value, &b.document.sources)
+                    .map_err(|e| e.at(Some(self.text.value(providers, key))))?;
                 b.document.settings.providers.insert(key.to_owned(), value);
             }
         }
@@ -236,13 +269,13 @@ impl<'a> Reader<'a> {
         for (what, table) in self.in_order(root)? {
             b.place = Some(self.text.place(table_span(table)));
             match what {
-                "model" => self.model(b, table, parent)?,
-                "import" => self.import(b, table, parent)?,
+                "model" => drop(self.model(b, table, parent, None)?),
+                "import" => drop(self.import(b, table, parent)?),
                 _ => self.object(b, table, parent)?,
             };
         }
         if let Some(set) = self.table(root, "set")? {
-            self.overrides(set, parent)?;
+            self.overrides(b, set, parent)?;
         }
         // Services belong to the scene itself, not to scenes used as models.
         for table in self.list(root, "service")?.into_iter().flatten().filter(|_| top) {

@@ -6,30 +6,34 @@ use tatu_plugin_api::{abi::*, safe::Value};
 use toml_edit::{Item, TableLike};
 
 use super::{
-    super::{
-        Builder, keys,
-        overrides::{self, Override},
-        scripts,
-    },
+    super::{Builder, change::Override, keys, overrides, scripts},
     Reader, table_span,
 };
 use crate::{from_euler, pose_from_array, rows::KINDS};
 
 impl Reader<'_> {
     pub(super) fn object(&mut self, b: &mut Builder<'_>, table: &dyn TableLike, parent: Option<usize>) -> Result {
-        let Some(item) = table.get("kind") else {
-            let known: Vec<_> = KINDS.iter().map(|(n, _)| *n).collect();
-            return Err(Error::new("E104", "an [[object]] without `kind`")
-                .expected(format!("kind = one of {}", known.join(", ")))
-                .at(Some(self.text.place(table_span(table)))));
+        if !table.contains_key("kind") && (table.contains_key("model") || table.contains_key("file")) {
+            return self.model(b, table, parent, None).map(drop);
+        }
+        // A sensor or actuator is known by its own key.
+        let implied = ["sensor", "actuator"].into_iter().find(|k| table.contains_key(k));
+        let kind = match (table.get("kind"), implied) {
+            (Some(item), _) => self.string(table, "kind", item)?,
+            (None, Some(kind)) => kind.to_owned(),
+            (None, None) => {
+                let known: Vec<_> = KINDS.iter().map(|(n, _)| *n).collect();
+                return Err(Error::new("E104", "an [[object]] without `kind`")
+                    .expected(format!("kind = one of {}", known.join(", ")))
+                    .at(Some(self.text.place(table_span(table)))));
+            }
         };
-        let kind = self.string(table, "kind", item)?;
         let alias = match table.get("alias") {
             Some(item) => self.string(table, "alias", item)?,
             None => String::new(),
         };
         let parent = self.parent(b, table, parent)?;
-        let at = self.text.value(table, "kind");
+        let at = self.text.value(table, if table.contains_key("kind") { "kind" } else { &kind });
         let object = b.object(&kind, parent, &alias).map_err(|e| e.at(Some(at.clone())))?;
         let device = match b.document.objects[object].kind {
             TATU_KIND_SENSOR => Some(("sensor", "<kind or schema>")),
@@ -122,7 +126,7 @@ impl Reader<'_> {
         })
     }
 
-    pub(super) fn overrides(&mut self, table: &dyn TableLike, from: Option<usize>) -> Result {
+    pub(super) fn overrides(&self, b: &mut Builder<'_>, table: &dyn TableLike, from: Option<usize>) -> Result {
         for (key, item) in table.iter() {
             let place = self.text.key(table, key);
             let Some((path, written)) = key.rsplit_once('.') else {
@@ -130,7 +134,7 @@ impl Reader<'_> {
                     .expected("\"path.property\"")
                     .at(Some(place)));
             };
-            self.set.push(Override {
+            b.document.sets.push(Override {
                 from,
                 path: path.to_owned(),
                 key: written.to_owned(),

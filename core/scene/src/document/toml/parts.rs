@@ -1,20 +1,32 @@
 //! Entries that consist of several objects: models, imports, scenes used as models.
 
-use std::{collections::BTreeMap, path::Path};
+use std::path::{Path, PathBuf};
 
 use nalgebra::Isometry3;
 use tatu_errors::{Error, Place, Result};
 use tatu_plugin_api::safe::Value;
-use tatu_plugins::{Choice, Declared};
+use tatu_plugins::{Choice, Declared, Model};
 use toml_edit::TableLike;
 
 use super::{
-    super::{Builder, import, keys, scripts},
-    Reader, canonical, table_span,
+    super::{Builder, import, keys},
+    Reader, canonical,
+    changes::Mounted,
+    models::Named,
+    table_span,
 };
 
-const IMPORT_KEYS: &[&str] =
-    &["file", "importer", "alias", "parent", "position_m", "orientation_deg", "quaternion", "script", "scripts", "set"];
+/// The keys of every model, besides those that name it.
+macro_rules! common_keys {
+    ($($key:literal),*) => {
+        &[
+            $($key,)* "alias", "parent", "position_m", "orientation_deg", "quaternion", "script", "scripts", "set",
+            "remove", "replace", "slots",
+        ]
+    };
+}
+const IMPORT_KEYS: &[&str] = common_keys!("file", "importer");
+const MODEL_KEYS: &[&str] = common_keys!("model", "file");
 
 /// Maximum nesting depth of scenes. Without it, a chain of n files that each include the next one twice would give 2^n
 /// scenes.
@@ -22,11 +34,15 @@ const DEEPEST: usize = 16;
 /// Maximum number of scenes within a scene.
 const MOST_SCENES: usize = 20_000;
 
-const MODEL_KEYS: &[&str] =
-    &["model", "file", "alias", "parent", "position_m", "orientation_deg", "quaternion", "script", "scripts", "set"];
-
 impl Reader<'_> {
-    pub(super) fn model(&mut self, b: &mut Builder<'_>, table: &dyn TableLike, parent: Option<usize>) -> Result {
+    /// Reads a table that places a model; `mounted` is the slot in which it is put. Returns the index of its base.
+    pub(super) fn model(
+        &mut self,
+        b: &mut Builder<'_>,
+        table: &dyn TableLike,
+        parent: Option<usize>,
+        mounted: Option<Mounted<'_>>,
+    ) -> Result<usize> {
         let key = if table.contains_key("file") { "file" } else { "model" };
         let Some(item) = table.get(key).filter(|_| key == "model" || !table.contains_key("model")) else {
             return Err(Error::new("E104", "a [[model]] has either `model` or `file`")
@@ -40,29 +56,101 @@ impl Reader<'_> {
         }
         let placement = self.placement(table)?;
         let parent = self.parent(b, table, parent)?;
-        if id.ends_with(".toml") {
-            return self.included(b, table, &id, placement, parent, at);
+        let named = self.named(b, &id).map_err(|e| e.at(at.clone()))?;
+        let model = match &named {
+            Named::Code(index) => &self.registry.models[*index],
+            Named::Text(model) => model,
+            Named::Scene(file) => return self.included(b, table, (&id, file), placement, parent, at),
+            Named::File(file) => return self.imported(b, table, (&id, file), "model", parent),
+        };
+        if let Some(mounted) = &mounted {
+            mounted.check(model).map_err(|e| e.at(at.clone()))?;
         }
-        let index = self.registry.model(&id, &b.document.settings.providers).map_err(|e| e.at(at.clone()))?;
-        let model = &self.registry.models[index];
-        let params = self.params(b, table, &model.params, ("model", &id), MODEL_KEYS)?;
-        let base = b.model(index, &params, parent, placement).map_err(|e| e.at(at))?;
-        self.finish(b, table, base)
+        let params = self.params(b, table, &model.params, ("model", &model.id), MODEL_KEYS)?;
+        let base = self.built(b, model, &params, parent, placement, at)?;
+        self.finish(b, table, base, (&model.id, &model.slots))
+    }
+
+    /// Builds a model. An error within its text says where it was placed.
+    pub(super) fn built(
+        &self,
+        b: &mut Builder<'_>,
+        model: &Model,
+        params: &[(String, Value)],
+        parent: Option<usize>,
+        placement: Isometry3<f64>,
+        at: Option<Place>,
+    ) -> Result<usize> {
+        let Some(file) = &model.file else {
+            return b.model(model, params, parent, placement).map_err(|e| e.at(at));
+        };
+        self.enter(b, &model.id, file, at.clone())?;
+        let built = b.model(model, params, parent, placement);
+        b.document.chain.pop();
+        built.map_err(|e| {
+            let inside = e.place.as_ref().is_some_and(|p| p.file != self.text.file);
+            let from = at.as_ref().filter(|p| inside && p.line > 0);
+            let from = from.map(|p| format!("`{}` is placed in {}:{}", model.id, p.file.display(), p.line));
+            let e = match (e.help.clone(), from) {
+                (_, None) => e,
+                (None, Some(from)) => e.help(from),
+                (Some(help), Some(from)) if help.ends_with('?') => e.help(format!("{help} {from}")),
+                (Some(help), Some(from)) => e.help(format!("{help}; {from}")),
+            };
+            e.at(at)
+        })
+    }
+
+    /// Records that the file of a model is being read, unless it is already.
+    fn enter(&self, b: &mut Builder<'_>, id: &str, file: &Path, at: Option<Place>) -> Result {
+        let full = canonical(file);
+        if b.document.chain.contains(&full) {
+            let chain: Vec<String> = b.document.chain.iter().chain([&full]).map(|p| p.display().to_string()).collect();
+            return Err(Error::new("E106", format!("the model `{id}` contains itself"))
+                .expected("models without a cycle")
+                .help(format!("the chain is {}", chain.join(" > ")))
+                .at(at));
+        }
+        b.document.scenes_within += 1;
+        if b.document.chain.len() >= DEEPEST || b.document.scenes_within > MOST_SCENES {
+            return Err(Error::new("E124", format!("the model `{id}` exceeds the limits of nested scenes"))
+                .expected(format!("scenes nested at most {DEEPEST} deep, and at most {MOST_SCENES} of them"))
+                .at(at));
+        }
+        b.document.chain.push(full);
+        Ok(())
     }
 
     /// Reads an `[[import]]`: a file of another format, placed like a model.
-    pub(super) fn import(&mut self, b: &mut Builder<'_>, table: &dyn TableLike, parent: Option<usize>) -> Result {
+    pub(super) fn import(
+        &mut self,
+        b: &mut Builder<'_>,
+        table: &dyn TableLike,
+        parent: Option<usize>,
+    ) -> Result<usize> {
         let Some(item) = table.get("file") else {
             return Err(Error::new("E104", "an [[import]] without `file`")
                 .expected("file = \"<name>\"")
                 .at(Some(self.text.place(table_span(table)))));
         };
         let name = self.string(table, "file", item)?;
-        let at = self.text.value(table, "file");
-        let placement = self.placement(table)?;
-        let parent = self.parent(b, table, parent)?;
         let file = self.text.file.parent().unwrap_or(Path::new("")).join(&name);
-        let bytes = import::source(&file, &name, &b.document.sources).map_err(|e| e.at(Some(at.clone())))?;
+        let parent = self.parent(b, table, parent)?;
+        self.imported(b, table, (&name, &file), "file", parent)
+    }
+
+    /// Places a file of another format; `key` is the one that names it.
+    fn imported(
+        &mut self,
+        b: &mut Builder<'_>,
+        table: &dyn TableLike,
+        (name, file): (&str, &PathBuf),
+        key: &str,
+        parent: Option<usize>,
+    ) -> Result<usize> {
+        let at = self.text.value(table, key);
+        let placement = self.placement(table)?;
+        let bytes = import::source(file, name, &b.document.sources).map_err(|e| e.at(Some(at.clone())))?;
         let providers = &b.document.settings.providers;
         let choice = match table.get("importer") {
             Some(item) => {
@@ -72,15 +160,16 @@ impl Reader<'_> {
                 Choice { importer, notes: Vec::new() }
             }
             None => {
-                let found = self.registry.importer_of(&file, &bytes, providers).map_err(|e| e.at(Some(at.clone())))?;
-                found.ok_or_else(|| self.registry.no_importer(Path::new(&name)).at(Some(at.clone())))?
+                let found = self.registry.importer_of(file, &bytes, providers).map_err(|e| e.at(Some(at.clone())))?;
+                found.ok_or_else(|| self.registry.no_importer(Path::new(name)).at(Some(at.clone())))?
             }
         };
         let info = &self.registry.importers[choice.importer];
-        let params = self.params(b, table, &info.params, ("importer", &info.id), IMPORT_KEYS)?;
-        let import = import::Import { file: &file, bytes: &bytes, choice, params: &params, whole: false };
+        let own = if key == "file" { IMPORT_KEYS } else { MODEL_KEYS };
+        let params = self.params(b, table, &info.params, ("importer", &info.id), own)?;
+        let import = import::Import { file, bytes: &bytes, choice, params: &params, whole: false };
         let base = b.import(import, parent, placement).map_err(|e| e.at(Some(at)))?;
-        self.finish(b, table, base)
+        self.finish(b, table, base, (name, &[]))
     }
 
     /// Returns the parameters that a table specifies for a model or importer, and those set for it on the command line.
@@ -108,79 +197,40 @@ impl Reader<'_> {
             let value = keys::check(&entry.0, key, value).map_err(|e| e.at(place()))?;
             params.push((entry.0.key.clone(), value));
         }
-        let number = b.document.models.len();
-        params
-            .extend(self.model_params.iter().filter(|(n, _, _)| *n == number).map(|(_, k, v)| (k.clone(), v.clone())));
+        // The model itself is started next.
+        let number = b.document.next_model;
+        let changed = b.document.model_params.iter().filter(|(n, _, _)| *n == number);
+        params.extend(changed.map(|(_, k, v)| (k.clone(), v.clone())));
         Ok(params)
     }
 
     /// Reads a scene file as a model: its objects are placed below a new base.
-    pub(super) fn included(
+    fn included(
         &mut self,
         b: &mut Builder<'_>,
         table: &dyn TableLike,
-        id: &str,
+        (id, file): (&str, &PathBuf),
         placement: Isometry3<f64>,
         parent: Option<usize>,
         at: Option<Place>,
-    ) -> Result {
-        let file = self.text.file.parent().unwrap_or(Path::new("")).join(id);
-        let full = canonical(&file);
-        if self.chain.contains(&full) {
-            let chain: Vec<String> = self.chain.iter().chain([&full]).map(|p| p.display().to_string()).collect();
-            return Err(Error::new("E106", format!("the model `{id}` contains itself"))
-                .expected("models without a cycle")
-                .help(format!("the chain is {}", chain.join(" > ")))
-                .at(at));
-        }
-        b.document.scenes_within += 1;
-        if self.chain.len() >= DEEPEST || b.document.scenes_within > MOST_SCENES {
-            return Err(Error::new("E124", format!("the model `{id}` exceeds the limits of nested scenes"))
-                .expected(format!("scenes nested at most {DEEPEST} deep, and at most {MOST_SCENES} of them"))
-                .at(at));
-        }
-        let text = b.document.sources.read_text(&file).map_err(|e| {
-            Error::new("E105", format!("cannot read the model `{id}`: {e}"))
-                .expected(format!("a file {}", file.display()))
-                .at(at)
-        })?;
+    ) -> Result<usize> {
+        self.enter(b, id, file, at.clone())?;
+        let text = b.document.sources.read_text(file).map_err(|e| super::naming::unreadable(id, file, &e).at(at))?;
         let alias = Path::new(id).file_stem().map_or("model".into(), |s| s.to_string_lossy().into_owned());
         let group = b.document.new_group();
         let outer = std::mem::replace(&mut b.group, group);
         let base = b.object("dummy", parent, &alias)?;
         b.document.objects[base].placement = placement;
         b.set(base, "model_base", Value::Bool(true))?;
-        let mut inner = Reader {
-            text: keys::Text::new(&file, &text),
-            registry: self.registry,
-            model_params: &[],
-            set: Vec::new(),
-            chain: self.chain.iter().cloned().chain([full]).collect(),
-            meshes: BTreeMap::new(),
-        };
-        inner.file(b, Some(base), false)?;
-        self.set.append(&mut inner.set);
+        Reader::new(file, &text, self.registry).file(b, Some(base), false)?;
         b.group = outer;
+        b.document.chain.pop();
         if let Some((key, _)) = table.iter().find(|(k, _)| !MODEL_KEYS.contains(k)) {
             return Err(Error::new("E101", format!("unknown key `{key}`: a scene file has no parameters"))
                 .expected(MODEL_KEYS.join(", "))
+                .help("a file with a table [model] can declare parameters")
                 .at(Some(self.text.key(table, key))));
         }
-        self.finish(b, table, base)
-    }
-
-    /// Applies the keys that every model may have: an alias, scripts, changed properties.
-    pub(super) fn finish(&mut self, b: &mut Builder<'_>, table: &dyn TableLike, base: usize) -> Result {
-        if let Some(item) = table.get("alias") {
-            b.rename(base, &self.string(table, "alias", item)?);
-        }
-        scripts::read(&self.text, b, table, base)?;
-        if let Some(set) = table.get("set") {
-            let set = set
-                .as_table_like()
-                .ok_or_else(|| Error::new("E102", "`set` is not a table").at(Some(self.text.key(table, "set"))))?;
-            self.overrides(set, Some(base))?;
-        }
-        Ok(())
+        self.finish(b, table, base, (id, &[]))
     }
 }

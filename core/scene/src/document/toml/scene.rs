@@ -8,19 +8,20 @@ use tatu_plugins::Declared;
 use toml_edit::TableLike;
 
 use super::{
-    super::{Document, Settings, keys, settings},
-    Reader,
+    super::{Document, Settings, Sources, keys, settings},
+    Reader, naming,
 };
 
 impl Reader<'_> {
     /// Checks that a provider offers what it is selected for: a schema of readings, an id, or the suffix of a
     /// language's files.
-    pub(super) fn check_provider(&self, key: &str, value: &str) -> Result {
+    pub(super) fn check_provider(&self, key: &str, value: &str, sources: &Sources) -> Result {
         let plugin = |i: usize| self.registry.plugins[i].id.as_str();
         let sensors = self.registry.sensors.iter().filter(|s| s.id == key || s.schemas.iter().any(|x| x == key));
         let actuators = self.registry.actuators.iter().filter(|a| a.id == key);
         let importers = self.registry.importers.iter().filter(|i| i.id == key || i.suffixes.iter().any(|x| x == key));
         let models = self.registry.models.iter().filter(|m| m.id == key);
+        let found = naming::find(key, self.registry, sources).and_then(|file| self.served_by(&file));
         let services = self.registry.services.iter().filter(|s| s.id == key);
         let languages = self.registry.languages.iter().filter(|l| l.id == key || l.suffixes.iter().any(|x| x == key));
         let offers: Vec<&str> = sensors
@@ -29,6 +30,7 @@ impl Reader<'_> {
             .chain(importers.flat_map(|i| [i.id.as_str(), plugin(i.plugin)]))
             .chain(actuators.map(|a| plugin(a.plugin)))
             .chain(models.map(|m| plugin(m.plugin)))
+            .chain(found.into_iter().map(plugin))
             .chain(services.map(|s| plugin(s.plugin)))
             .collect();
         if offers.contains(&value) {

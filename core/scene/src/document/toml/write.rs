@@ -39,7 +39,7 @@ pub fn write(document: &Document, registry: &Registry, folder: &str) -> Result<W
     let (scene, slots) = document.instantiate();
     // This copy is used only to look up the meaning of keys.
     let mut copy = document.clone();
-    let builder = Builder { registry, document: &mut copy, group: 0, place: None };
+    let builder = Builder { registry, document: &mut copy, group: 0, place: None, texts: None };
     let mut writer = Writer {
         document,
         registry,

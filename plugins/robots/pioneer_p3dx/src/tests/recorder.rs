@@ -156,6 +156,8 @@ pub fn build(given: &[(&str, Value)]) -> Result<Record, String> {
         report: None,
         file: None,
         describe: None,
+        model: std::ptr::null(),
+        scene: None,
     };
     let plugin = &crate::tatu_plugin.0;
     let mut me = std::ptr::null_mut();

@@ -1,8 +1,8 @@
--- Drives up to a wall, and stops before it.
+-- Drives up to a wall, and stops before it. It needs a proximity sensor `eye` in the slot `front`.
 local me, eye, arrived
 
 function sysCall_init()
-    me, eye = sim.getObject('./body'), sim.getObject('./eye')
+    me, eye = sim.getObject('..'), sim.getObject('./eye')
 end
 
 function sysCall_actuation()
@@ -12,5 +12,5 @@ function sysCall_actuation()
 end
 
 function sysCall_cleanup()
-    print(arrived and 'my_robot has arrived' or 'my_robot is on its way')
+    print(sim.getObjectAlias(me, 2) .. (arrived and ' has arrived' or ' is on its way'))
 end

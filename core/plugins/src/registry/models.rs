@@ -1,0 +1,192 @@
+//! Models: reading their tables, and those that lie in folders, as text or as files of importers.
+
+use std::{
+    collections::BTreeSet,
+    path::{Path, PathBuf},
+};
+
+use tatu_errors::{Error, Place, Result};
+use tatu_plugin_api::{
+    abi::*,
+    safe::{MOST_BYTES, ValueRef, read_plain_text},
+};
+
+use super::{Model, ModelNumber, Registry, Slot};
+use crate::{
+    Declared,
+    border::{ErrorSlot, raw},
+    tables,
+    watchdog::Call,
+};
+
+/// The file in the folder of a model that describes it.
+pub const MODEL_FILE: &str = "model.toml";
+
+/// A model that lies in a folder for models.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Found {
+    /// Its name in scene files: that of its folder or file.
+    pub id: String,
+    /// The file that describes it.
+    pub file: PathBuf,
+    /// Index of the importer that reads the file; none if it is a [`MODEL_FILE`].
+    pub importer: Option<usize>,
+}
+
+/// Reads what the table of a model declares.
+///
+/// # Safety
+/// `given` must be a table of a plugin that has been started, and `raw` its copy.
+pub(super) unsafe fn declared(plugin: usize, id: String, given: *const tatu_model, raw: tatu_model) -> Model {
+    // SAFETY: the contract requires texts and lists of a declaration to be valid until shutdown; they are copied.
+    unsafe {
+        let infos: Vec<Slot> = tables::list(raw.slot_infos).into_iter().map(|(_, s)| slot(&s)).collect();
+        let slots = tables::labels(raw.slots).into_iter().map(|alias| {
+            let info = infos.iter().find(|s| s.alias == alias).cloned();
+            info.unwrap_or(Slot { alias, mount: String::new(), text: String::new() })
+        });
+        let text = |t| tables::text(t).unwrap_or_default();
+        let number = |n: &tatu_model_number| ModelNumber {
+            name: tables::label(n.name).unwrap_or_default(),
+            value: ValueRef::new(n.value).to_value().unwrap_or_default(),
+            unit: text(n.unit),
+            source: text(n.source),
+        };
+        Model {
+            plugin,
+            id,
+            text: text(raw.text),
+            params: Declared::read_list(raw.params),
+            category: tables::label(raw.category).unwrap_or_default(),
+            licence: text(raw.licence),
+            mounts: tables::labels(raw.mounts),
+            slots: slots.collect(),
+            numbers: tables::list(raw.numbers).iter().map(|(_, n)| number(n)).collect(),
+            file: None,
+            given,
+            raw,
+        }
+    }
+}
+
+unsafe fn slot(s: &tatu_model_slot) -> Slot {
+    // SAFETY: the caller passes a table of a plugin that has been started, whose texts are valid until shutdown.
+    unsafe {
+        Slot {
+            alias: tables::label(s.alias).unwrap_or_default(),
+            mount: tables::label(s.mount).unwrap_or_default(),
+            text: tables::text(s.text).unwrap_or_default(),
+        }
+    }
+}
+
+impl Registry {
+    /// Returns whether a plugin reads models from text.
+    pub fn reads_models(&self, plugin: usize) -> bool {
+        self.readers.iter().any(|(p, _)| *p == plugin)
+    }
+
+    /// Returns the first plugin that reads models from text.
+    pub fn model_reader(&self) -> Option<usize> {
+        self.readers.first().map(|(plugin, _)| *plugin)
+    }
+
+    /// Reads a model from the text of a file, by the first plugin that knows its format; `name` is its id. Errors point
+    /// to the line.
+    pub fn read_model(&self, name: &str, file: &Path, text: &str) -> Result<Model> {
+        for (plugin, read) in self.readers.iter().copied() {
+            let (mut slot, mut out) = (ErrorSlot::new(), std::ptr::null());
+            let (me, subject) = (self.plugins[plugin].me, format!("the model {}", file.display()));
+            // SAFETY: `read` is from a plugin that is never unloaded, and `me` is its own pointer. The texts, the place
+            // for the model and the error object live until the call has returned.
+            let status = self.watched(plugin, Call::ReadModel, &subject, || unsafe {
+                read(me, raw(name.as_bytes()), raw(text.as_bytes()), &raw mut out, slot.raw())
+            })?;
+            if status == TATU_ERR_UNSUPPORTED {
+                continue;
+            }
+            let who = format!("[{} of `{}`]", Call::ReadModel.text(), self.plugins[plugin].id);
+            if slot.answer(status, false) < 0 {
+                let said = slot.said();
+                let why = said.text.unwrap_or_else(|| "its reader gave no reason".to_owned());
+                // An error without a line may be the plugin's own.
+                let who = if said.line > 0 { String::new() } else { format!(" {who}") };
+                let error = Error::new("E111", format!("the model `{name}` cannot be read: {why}{who}"));
+                let error = match said.help {
+                    Some(help) => error.help(help),
+                    None => error,
+                };
+                return Err(error.at(Some(Place::of_line(file.to_owned(), text.as_bytes(), said.line as usize))));
+            }
+            // SAFETY: the contract requires the model to be null or a valid table until shutdown.
+            let Some(table) = (unsafe { tables::read(out) }) else {
+                return Err(Error::new("E111", format!("the model `{name}` was read without a result {who}")));
+            };
+            let needed = tables::required!(table, tatu_model: id, build);
+            if let Some(lack) = tables::lacking(table.size, &needed) {
+                let text = format!("the model `{name}` {lack} {who}");
+                return Err(Error::new("E111", text).help(tables::HELP));
+            }
+            // SAFETY: as above; `table` is its copy.
+            let model = unsafe { declared(plugin, name.to_owned(), out, table) };
+            return Ok(Model { file: Some(file.to_owned()), ..model });
+        }
+        let text = format!("no plugin reads the model {}", file.display());
+        Err(Error::new("E111", text)
+            .expected("a file with a table [model]")
+            .help("`tatu list plugins` shows what is loaded"))
+    }
+
+    /// Finds a model by its name in the folders for models. The first folder in order decides.
+    pub fn find_model(&self, id: &str) -> Option<Found> {
+        if id.is_empty() || id.starts_with('.') || id.contains(['/', '\\', ':']) {
+            return None;
+        }
+        self.search.models.iter().find_map(|folder| {
+            let file = folder.join(id).join(MODEL_FILE);
+            if file.is_file() {
+                return Some(Found { id: id.to_owned(), file, importer: None });
+            }
+            let importers = self.importers.iter().enumerate();
+            let mut suffixes = importers.flat_map(|(i, info)| info.suffixes.iter().map(move |s| (i, s)));
+            suffixes.find_map(|(importer, suffix)| {
+                let name = format!("{id}{suffix}");
+                let file = [folder.join(&name), folder.join(id).join(&name)].into_iter().find(|f| f.is_file())?;
+                Some(Found { id: id.to_owned(), file, importer: Some(importer) })
+            })
+        })
+    }
+
+    /// Returns id and description of a model: those of plugins come first, then those in folders, as they were when this
+    /// was first asked. Models that cannot be read are left out.
+    pub fn model_at(&self, index: usize) -> Option<(&str, &str)> {
+        if let Some(model) = self.models.get(index) {
+            return Some((&model.id, &model.text));
+        }
+        let found = self.found.get_or_init(|| {
+            let described = |f: Found| match f.importer.and_then(|i| self.importers.get(i)) {
+                Some(importer) => Some((f.id, importer.text.clone())),
+                None => {
+                    let text = read_plain_text(&f.file, MOST_BYTES).ok()?;
+                    self.read_model(&f.id, &f.file, &text).ok().map(|m| (m.id, m.text))
+                }
+            };
+            // One that a plugin offers as well is in the list already.
+            let new = self.found_models().into_iter().filter(|f| self.models.iter().all(|m| m.id != f.id));
+            new.filter_map(described).collect()
+        });
+        found.get(index - self.models.len()).map(|(id, text)| (id.as_str(), text.as_str()))
+    }
+
+    /// Returns the models in all folders for models, in order of their names.
+    pub fn found_models(&self) -> Vec<Found> {
+        let mut ids = BTreeSet::new();
+        for entry in self.search.models.iter().filter_map(|f| std::fs::read_dir(f).ok()).flatten().flatten() {
+            let name = entry.file_name().to_string_lossy().into_owned();
+            let suffixes = self.importers.iter().flat_map(|i| &i.suffixes);
+            ids.extend(suffixes.filter_map(|s| name.strip_suffix(s.as_str())).map(str::to_owned));
+            ids.insert(name);
+        }
+        ids.iter().filter_map(|id| self.find_model(id)).collect()
+    }
+}

@@ -1,0 +1,61 @@
+//! Properties and scripts that a file or the command line changes, as they are written.
+
+use std::path::PathBuf;
+
+use tatu_errors::{Error, Place, Result};
+use toml_edit::Item;
+
+/// A property to override.
+#[derive(Debug, Clone)]
+pub struct Override {
+    /// The object that relative paths start from.
+    pub from: Option<usize>,
+    /// Path of the object, or "scene".
+    pub path: String,
+    /// Key, with its unit.
+    pub key: String,
+    /// Value.
+    pub item: Item,
+    /// The place where it is written.
+    pub place: Option<Place>,
+}
+
+impl Override {
+    /// Parses "PATH.KEY=VALUE". The value is parsed as TOML; if it is not valid TOML, it is a text.
+    pub fn parse(text: &str) -> Result<Self> {
+        let wrong = || {
+            Error::new("E102", format!("`{text}` is not a setting"))
+                .expected("PATH.PROPERTY=VALUE")
+                .help("for instance `/Robot/leftMotor.max_force_nm=2`, or `scene.dt_s=0.01`")
+        };
+        let (left, value) = text.split_once('=').ok_or_else(wrong)?;
+        // Both settings and paths of objects may contain dots.
+        let scene = left.split_once('.').filter(|(path, _)| path.trim() == "scene");
+        let (path, key) = scene.or_else(|| left.rsplit_once('.')).ok_or_else(wrong)?;
+        let item = value
+            .trim()
+            .parse::<toml_edit::Value>()
+            .map(Item::Value)
+            .unwrap_or_else(|_| Item::Value(toml_edit::Value::from(value)));
+        Ok(Override { from: None, path: path.trim().into(), key: key.trim().into(), item, place: None })
+    }
+}
+
+/// A script that replaces an object's own scripts.
+#[derive(Debug, Clone)]
+pub struct ScriptOverride {
+    /// Path of the object.
+    pub path: String,
+    /// The file.
+    pub file: PathBuf,
+}
+
+impl ScriptOverride {
+    /// Parses "OBJECT=FILE".
+    pub fn parse(text: &str) -> Result<Self> {
+        let (path, file) = text
+            .split_once('=')
+            .ok_or_else(|| Error::new("E102", format!("`{text}` does not name a file")).expected("OBJECT=FILE"))?;
+        Ok(ScriptOverride { path: path.into(), file: file.into() })
+    }
+}

@@ -1,0 +1,208 @@
+//! What a scene adds to a model, takes out of it and replaces in it.
+
+use std::collections::BTreeSet;
+
+use nalgebra::Isometry3;
+use tatu_errors::{Error, Result};
+use tatu_plugins::{Model, Slot};
+use toml_edit::{Item, TableLike};
+
+use super::{
+    super::{Builder, overrides, scripts},
+    Reader,
+};
+
+/// The slot of a model in which another one is put.
+#[derive(Clone, Copy)]
+pub(super) struct Mounted<'a> {
+    /// The model with the slot.
+    model: &'a str,
+    slot: &'a Slot,
+}
+
+impl Mounted<'_> {
+    /// Checks that a model fits.
+    pub fn check(&self, model: &Model) -> Result {
+        let mount = &self.slot.mount;
+        if mount.is_empty() || model.mounts.is_empty() || model.mounts.contains(mount) {
+            return Ok(());
+        }
+        let text = format!(
+            "`{}` does not fit the slot `{}` of `{}`: the slot takes `{mount}`, the model is mounted by `{}`",
+            model.id,
+            self.slot.alias,
+            self.model,
+            model.mounts.join("`, `")
+        );
+        Err(Error::new("E102", text).expected(format!("a model that is mounted by `{mount}`")))
+    }
+}
+
+impl Reader<'_> {
+    /// Applies the keys that every model may have: an alias, changed parts, scripts, changed properties. Returns the
+    /// base.
+    pub(super) fn finish(
+        &mut self,
+        b: &mut Builder<'_>,
+        table: &dyn TableLike,
+        base: usize,
+        (id, slots): (&str, &[Slot]),
+    ) -> Result<usize> {
+        if let Some(item) = table.get("alias") {
+            b.rename(base, &self.string(table, "alias", item)?);
+        }
+        self.removed(b, table, base)?;
+        if let Some(replace) = self.sub_table(table, "replace")? {
+            for (path, item) in replace.iter() {
+                self.replaced(b, (replace, path, item), base)?;
+            }
+        }
+        if let Some(into) = self.sub_table(table, "slots")? {
+            for (name, item) in into.iter() {
+                let at = || Some(self.text.key(into, name));
+                let (slot, object) = slot(b, (id, slots), name, base).map_err(|e| e.at(at()))?;
+                let mounted = slot.map(|slot| Mounted { model: id, slot });
+                for entry in self.entries(into, name, item)? {
+                    self.part(b, entry, object, mounted)?;
+                }
+            }
+        }
+        scripts::read(&self.text, b, table, base)?;
+        if let Some(set) = self.sub_table(table, "set")? {
+            self.overrides(b, set, Some(base))?;
+        }
+        Ok(base)
+    }
+
+    /// Takes out what `remove` lists.
+    fn removed(&self, b: &mut Builder<'_>, table: &dyn TableLike, base: usize) -> Result {
+        let Some(item) = table.get("remove") else { return Ok(()) };
+        let at = self.text.value(table, "remove");
+        let paths = item.as_array().map(|all| all.iter().map(toml_edit::Value::as_str).collect::<Option<Vec<_>>>());
+        let Some(paths) = paths.flatten() else {
+            let error = Error::new("E102", "`remove`: expected a list of paths below the base");
+            return Err(error.expected("remove = [\"sonars\", \"arm/gripper\"]").at(Some(at)));
+        };
+        let found = paths.iter().map(|path| below(b, base, path));
+        let tops = found.collect::<Result<BTreeSet<usize>>>().map_err(|e| e.at(Some(at)))?;
+        b.document.remove(&tops);
+        Ok(())
+    }
+
+    /// Puts a model or an object in the place of another one: at its parent, with its pose.
+    fn replaced(
+        &mut self,
+        b: &mut Builder<'_>,
+        (table, path, item): (&dyn TableLike, &str, &Item),
+        base: usize,
+    ) -> Result {
+        let old = below(b, base, path).map_err(|e| e.at(Some(self.text.key(table, path))))?;
+        let [entry] = self.entries(table, path, item)?[..] else {
+            let error = Error::new("E102", format!("`{path}` is replaced by several parts"));
+            return Err(error.expected("one table").at(Some(self.text.key(table, path))));
+        };
+        let Some(parent) = b.document.objects[old].parent else { return Ok(()) };
+        let pose = pose(b, old);
+        let new = self.part(b, entry, parent, None)?;
+        let placed = &mut b.document.objects[new].placement;
+        *placed = pose * *placed;
+        b.document.remove(&BTreeSet::from([old]));
+        Ok(())
+    }
+
+    /// Adds a model or an object below another object. Returns its index.
+    fn part(
+        &mut self,
+        b: &mut Builder<'_>,
+        entry: &dyn TableLike,
+        parent: usize,
+        mounted: Option<Mounted<'_>>,
+    ) -> Result<usize> {
+        if entry.contains_key("parent") {
+            let error = Error::new("E101", "`parent` of a part that is put into a model: the model decides");
+            return Err(error.help("leave it out").at(Some(self.text.key(entry, "parent"))));
+        }
+        let is_model = entry.contains_key("model") || entry.contains_key("file");
+        if is_model && !entry.contains_key("kind") {
+            return self.model(b, entry, Some(parent), mounted);
+        }
+        let new = b.document.objects.len();
+        // It belongs to the model, not to the scene itself.
+        let group = b.document.new_group();
+        let outer = std::mem::replace(&mut b.group, group);
+        let added = self.object(b, entry, Some(parent));
+        b.group = outer;
+        added.map(|()| new)
+    }
+
+    /// Returns the tables of an entry: itself, or those of a list.
+    fn entries<'t>(&self, table: &dyn TableLike, key: &str, item: &'t Item) -> Result<Vec<&'t dyn TableLike>> {
+        let wrong = || {
+            Error::new("E102", format!("`{key}`: expected a table or a list of tables"))
+                .expected("{ model = \"<id>\" } or { sensor = \"<kind>\" }")
+                .at(Some(self.text.value(table, key)))
+        };
+        match item {
+            Item::ArrayOfTables(all) => Ok(all.iter().map(|t| t as &dyn TableLike).collect()),
+            Item::Value(toml_edit::Value::Array(all)) => {
+                let tables = all.iter().map(|v| v.as_inline_table().map(|t| t as &dyn TableLike));
+                tables.collect::<Option<_>>().ok_or_else(wrong)
+            }
+            item => item.as_table_like().map(|t| vec![t]).ok_or_else(wrong),
+        }
+    }
+
+    fn sub_table<'t>(&self, table: &'t dyn TableLike, key: &str) -> Result<Option<&'t dyn TableLike>> {
+        let Some(item) = table.get(key) else { return Ok(None) };
+        let wrong = || Error::new("E102", format!("`{key}` is not a table")).at(Some(self.text.key(table, key)));
+        item.as_table_like().map(Some).ok_or_else(wrong)
+    }
+}
+
+/// Returns an object below the base of a model, which is not the base itself.
+fn below(b: &Builder<'_>, base: usize, path: &str) -> Result<usize> {
+    let found = overrides::find(b.document, Some(base), path)?;
+    let mut above = b.document.objects[found].parent;
+    while let Some(object) = above.filter(|o| *o != base) {
+        above = b.document.objects[object].parent;
+    }
+    if above.is_some() && found != base {
+        return Ok(found);
+    }
+    let text = format!("`{path}` is not below the base of the model");
+    Err(Error::new("E110", text).expected("a path below the base, such as \"arm/gripper\""))
+}
+
+/// Returns the object of a slot. Models that declare no slots take parts at any object.
+fn slot<'s>(
+    b: &Builder<'_>,
+    (id, slots): (&str, &'s [Slot]),
+    name: &str,
+    base: usize,
+) -> Result<(Option<&'s Slot>, usize)> {
+    if slots.is_empty() {
+        return Ok((None, overrides::find(b.document, Some(base), name)?));
+    }
+    let names = || slots.iter().map(|s| s.alias.as_str());
+    let Some(slot) = slots.iter().find(|s| s.alias == name) else {
+        return Err(Error::new("E110", format!("the model `{id}` has no slot `{name}`"))
+            .expected(format!("one of {}", names().collect::<Vec<_>>().join(", ")))
+            .nearest(name, names()));
+    };
+    let object = (base..b.document.objects.len()).find(|i| b.document.objects[*i].alias == name);
+    let object = object.ok_or_else(|| {
+        Error::new("E110", format!("the model `{id}` has no slot `{name}` with these parameters"))
+            .help("its object was left out or removed")
+    })?;
+    Ok((Some(slot), object))
+}
+
+/// Returns where an object is relative to its parent; for a model, where it was placed, since another model may have its
+/// base elsewhere.
+fn pose(b: &Builder<'_>, object: usize) -> Isometry3<f64> {
+    if b.document.models.iter().any(|m| m.base == object) {
+        return b.document.objects[object].placement;
+    }
+    let (scene, slots) = b.document.instantiate();
+    slots.get(object).map_or_else(Isometry3::identity, |slot| scene.local(*slot))
+}

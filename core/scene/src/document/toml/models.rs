@@ -1,0 +1,85 @@
+//! Which model a name stands for, and models that are described by text.
+
+use std::path::{Path, PathBuf};
+
+use nalgebra::Isometry3;
+use tatu_errors::{Error, Place, Result};
+use tatu_plugins::{Model, parameter_flaws};
+
+use super::{
+    super::Builder,
+    Reader,
+    naming::{describes_model, find, name_of, remembered, unreadable},
+};
+
+/// What a name of a model stands for.
+pub(super) enum Named {
+    /// The model of a plugin, by its index.
+    Code(usize),
+    /// A model that a plugin has read from text.
+    Text(Box<Model>),
+    /// A scene file without a table `[model]`.
+    Scene(PathBuf),
+    /// A file of another format.
+    File(PathBuf),
+}
+
+impl Reader<'_> {
+    /// Returns what a name stands for: a file, if it ends with `.toml`; otherwise a model of a plugin, or one that lies
+    /// in a folder for models.
+    pub(super) fn named(&self, b: &Builder<'_>, id: &str) -> Result<Named> {
+        if id.ends_with(".toml") {
+            let file = self.text.file.parent().unwrap_or(Path::new("")).join(id);
+            let text = b.document.sources.read_text(&file).map_err(|e| unreadable(id, &file, &e))?;
+            return match describes_model(&text) {
+                true => Ok(Named::Text(Box::new(self.read_model(&name_of(&file), &file, &text)?))),
+                false => Ok(Named::Scene(file)),
+            };
+        }
+        let sources = &b.document.sources;
+        let found = find(id, self.registry, sources);
+        let by = found.as_ref().and_then(|file| self.served_by(file));
+        if let Some(index) = self.registry.model(id, by, &b.document.settings.providers)? {
+            return Ok(Named::Code(index));
+        }
+        let Some(file) = found else { return Err(Error::new("E107", format!("there is no model `{id}`"))) };
+        if !sources.are_kept() {
+            sources.keep(&remembered(id), file.to_string_lossy().into_owned().into_bytes());
+        }
+        if file.extension().is_none_or(|e| e != "toml") {
+            return Ok(Named::File(file));
+        }
+        let text = sources.read_text(&file).map_err(|e| unreadable(id, &file, &e))?;
+        Ok(Named::Text(Box::new(self.read_model(id, &file, &text)?)))
+    }
+
+    fn read_model(&self, name: &str, file: &Path, text: &str) -> Result<Model> {
+        let model = self.registry.read_model(name, file, text)?;
+        match parameter_flaws(&model.params, true).into_iter().next() {
+            None => Ok(model),
+            Some(flaw) => {
+                let place = Place { file: file.to_owned(), ..Place::default() };
+                Err(Error::new("E111", format!("the model `{name}` cannot be read: {flaw}")).at(Some(place)))
+            }
+        }
+    }
+
+    /// Returns the plugin that serves a model in a folder: the reader of texts, or an importer's.
+    pub(super) fn served_by(&self, file: &Path) -> Option<usize> {
+        let name = file.to_string_lossy();
+        if name.ends_with(".toml") {
+            // Without a reader, the error must say so, rather than that there is no such model.
+            return Some(self.registry.model_reader().unwrap_or(0));
+        }
+        let importer = self.registry.importers.iter().find(|i| i.suffixes.iter().any(|s| name.ends_with(s.as_str())));
+        importer.map(|i| i.plugin)
+    }
+
+    /// Makes a world of the model that the current file describes, with the default values of its parameters.
+    pub(super) fn alone(&mut self, b: &mut Builder<'_>) -> Result {
+        let model = self.read_model(&name_of(self.text.file), self.text.file, self.text.text)?;
+        let changed = b.document.model_params.iter().filter(|(n, _, _)| *n == 0);
+        let params: Vec<_> = changed.map(|(_, k, v)| (k.clone(), v.clone())).collect();
+        self.built(b, &model, &params, None, Isometry3::identity(), None).map(drop)
+    }
+}

@@ -1,0 +1,169 @@
+//! Models that are described by text, which a plugin reads.
+
+use std::{ffi::c_void, ptr::null, sync::PoisonError};
+
+use crate::abi::*;
+use crate::safe::{
+    Builder, Fail, Param, Params, Plugin, Result, Value, ValueRef,
+    declare::plugin::Started,
+    entry::guard,
+    value::{fail::bytes_of, keep::Keep},
+};
+
+/// A reader of models that are described by text.
+pub trait ModelReader: Sized + 'static {
+    /// The plugin that provides it.
+    type Plugin: Plugin;
+    /// A model as the reader keeps it.
+    type Model: 'static;
+
+    /// Reads a model from the text of its file; `name` is that of its folder. [`Fail::unsupported`] leaves the text to
+    /// other readers; other errors give the line by [`Fail::at`].
+    fn read(plugin: &Self::Plugin, name: &str, text: &str) -> Result<(ModelInfo, Self::Model)>;
+    /// Builds the model; the first object is its base. It may be called within itself, by [`Builder::scene`].
+    fn build(model: &Self::Model, builder: &Builder<'_>, params: &Params<'_>) -> Result;
+}
+
+/// The declaration of a model that was read.
+#[derive(Debug, Clone, Default)]
+pub struct ModelInfo {
+    /// Description, one sentence.
+    pub text: String,
+    /// Category in lists; may be empty.
+    pub category: String,
+    /// Licence as an SPDX expression; if empty, that of the plugin.
+    pub licence: String,
+    /// What it is mounted by in a slot of another model; if empty, it fits everywhere.
+    pub mounts: Vec<String>,
+    /// Its parameters.
+    pub params: Vec<Param>,
+    /// Its slots.
+    pub slots: Vec<ModelSlot>,
+    /// Its constants.
+    pub numbers: Vec<ModelNumber>,
+}
+
+/// A place of a model to which others can be attached.
+#[derive(Debug, Clone, Default)]
+pub struct ModelSlot {
+    /// Alias of the object.
+    pub alias: String,
+    /// What fits; if empty, anything.
+    pub mount: String,
+    /// Where it is, one sentence.
+    pub text: String,
+}
+
+/// A constant of a model, and where it comes from.
+#[derive(Debug, Clone)]
+pub struct ModelNumber {
+    /// Its name.
+    pub name: String,
+    /// Its value, in SI units.
+    pub value: Value,
+    /// Its unit; may be empty.
+    pub unit: String,
+    /// The document that states it, or the reasoning behind an estimate.
+    pub source: String,
+}
+
+/// A model that was read. The table comes first: its address is that of the whole.
+#[repr(C)]
+struct Read<R: ModelReader> {
+    raw: tatu_model,
+    params: Vec<Param>,
+    model: R::Model,
+}
+
+pub(crate) unsafe extern "C" fn read<R: ModelReader>(
+    me: *mut c_void,
+    name: tatu_str,
+    text: tatu_str,
+    out: *mut *const tatu_model,
+    error: *mut tatu_error,
+) -> tatu_status {
+    guard::run(error, || {
+        // SAFETY: `me` was made by `init` and is live until shutdown; the texts and `out` are valid during the call.
+        let (started, name, text, out) =
+            unsafe { (&*me.cast::<Started<R::Plugin>>(), bytes_of(name), bytes_of(text), out.as_mut()) };
+        let utf8 = |bytes| std::str::from_utf8(bytes).map_err(|_| Fail::argument("the text is not UTF-8"));
+        let (name, text) = (utf8(name)?, utf8(text)?);
+        let out = out.ok_or_else(|| Fail::argument("there is no place for the model"))?;
+        let lock = || started.read.lock().unwrap_or_else(PoisonError::into_inner);
+        let known = lock().known.iter().find(|(n, t, _)| n == name && t == text).map(|(_, _, model)| *model);
+        let model = match known {
+            Some(model) => model,
+            None => {
+                let (info, model) = R::read(&started.plugin, name, text)?;
+                let mut read = lock();
+                let raw = table::<R>(&mut read.keep, name, &info);
+                let kept = read.keep.table(Read::<R> { raw, params: info.params, model }).cast();
+                read.known.push((name.to_owned(), text.to_owned(), kept));
+                kept
+            }
+        };
+        *out = model;
+        Ok(TATU_OK)
+    })
+}
+
+fn table<R: ModelReader>(keep: &mut Keep, name: &str, info: &ModelInfo) -> tatu_model {
+    let optional = |keep: &mut Keep, text: &str| if text.is_empty() { null() } else { keep.text(text) };
+    let params = info.params.iter().map(|p| p.keep(keep)).collect();
+    let slot = |keep: &mut Keep, s: &ModelSlot| {
+        let raw = tatu_model_slot {
+            size: size_of::<tatu_model_slot>() as u32,
+            reserved: 0,
+            alias: keep.text(&s.alias),
+            mount: optional(keep, &s.mount),
+            text: optional(keep, &s.text),
+        };
+        keep.table(raw)
+    };
+    let slots = info.slots.iter().map(|s| slot(keep, s)).collect();
+    let number = |keep: &mut Keep, n: &ModelNumber| {
+        let raw = tatu_model_number {
+            size: size_of::<tatu_model_number>() as u32,
+            reserved: 0,
+            name: keep.text(&n.name),
+            value: keep.value(&n.value),
+            unit: optional(keep, &n.unit),
+            source: optional(keep, &n.source),
+        };
+        keep.table(raw)
+    };
+    let numbers = info.numbers.iter().map(|n| number(keep, n)).collect();
+    let aliases: Vec<&str> = info.slots.iter().map(|s| s.alias.as_str()).collect();
+    tatu_model {
+        size: size_of::<tatu_model>() as u32,
+        flags: 0,
+        id: keep.text(name),
+        text: keep.text(&info.text),
+        params: keep.list(params),
+        slots: keep.texts(&aliases),
+        build: Some(build::<R>),
+        category: optional(keep, &info.category),
+        licence: optional(keep, &info.licence),
+        mounts: keep.texts(&info.mounts),
+        slot_infos: keep.list(slots),
+        numbers: keep.list(numbers),
+    }
+}
+
+unsafe extern "C" fn build<R: ModelReader>(
+    _: *mut c_void,
+    builder: *const tatu_builder,
+    params: *const tatu_value,
+    error: *mut tatu_error,
+) -> tatu_status {
+    guard::run(error, || {
+        // SAFETY: the host passes a builder that is valid during the call. Its `model` is the one that is built, which
+        // `read` put at the start of a `Read<R>`, since no other table has this function.
+        let (raw, model) = unsafe { (&*builder, (*builder).model.cast::<Read<R>>().as_ref()) };
+        let model = model.ok_or_else(|| Fail::new("the host does not say which model it builds"))?;
+        // SAFETY: the host passes one value per declared parameter.
+        let values = unsafe { ValueRef::slice(params, model.params.len()) };
+        R::build(&model.model, &Builder::new(raw), &Params::new(values, &model.params))?;
+        Ok(TATU_OK)
+    })
+}

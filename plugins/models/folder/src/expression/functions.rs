@@ -1,0 +1,74 @@
+//! The functions of expressions. Those that decide bits are from `libm`, which has the same on every processor.
+
+use super::value::Value;
+use crate::wrong::{Result, Wrong};
+
+type OfOne = fn(f64) -> f64;
+/// Functions of one number.
+const ONE: &[(&str, OfOne)] = &[
+    ("abs", f64::abs),
+    ("sqrt", libm::sqrt),
+    ("sin", libm::sin),
+    ("cos", libm::cos),
+    ("tan", libm::tan),
+    ("asin", libm::asin),
+    ("acos", libm::acos),
+    ("deg", f64::to_degrees),
+    ("rad", f64::to_radians),
+    ("floor", libm::floor),
+    ("ceil", libm::ceil),
+];
+
+/// Names that parameters and constants cannot have.
+pub const RESERVED: &[&str] = &[
+    "abs", "sqrt", "sin", "cos", "tan", "asin", "acos", "deg", "rad", "floor", "ceil", "atan2", "min", "max", "len",
+    "text", "if", "pi", "true", "false", "not", "and", "or", "index",
+];
+
+/// Names of all functions.
+pub const FUNCTIONS: &[&str] = &[
+    "abs", "sqrt", "sin", "cos", "tan", "asin", "acos", "deg", "rad", "floor", "ceil", "atan2", "min", "max", "len",
+    "text", "if",
+];
+
+/// Calls a function other than `if`, whose arguments are evaluated first.
+pub fn call(name: &str, args: &[Value]) -> Result<Value> {
+    let wrong = |wanted: &str| Wrong::new(format!("`{name}` takes {wanted}, found {}", found(args)));
+    if let Some((_, function)) = ONE.iter().find(|(n, _)| *n == name) {
+        let [Value::Number(x)] = args else { return Err(wrong("one number")) };
+        let y = function(*x);
+        return match y.is_nan() {
+            true => Err(Wrong::new(format!("`{name}({x})` is not defined"))),
+            false => Ok(Value::Number(y)),
+        };
+    }
+    match name {
+        "atan2" => match args {
+            [Value::Number(y), Value::Number(x)] => Ok(Value::Number(libm::atan2(*y, *x))),
+            _ => Err(wrong("two numbers")),
+        },
+        "text" => match args {
+            [Value::Number(x)] => Ok(Value::Text(format!("{x}"))),
+            _ => Err(wrong("one number")),
+        },
+        "len" => match args {
+            [Value::List(all)] => Ok(Value::Number(all.len() as f64)),
+            _ => Err(wrong("one list")),
+        },
+        "min" | "max" => {
+            let args = if let [Value::List(all)] = args { all } else { args };
+            let numbers = args.iter().map(|v| if let Value::Number(x) = v { Some(*x) } else { None });
+            let numbers = numbers.collect::<Option<Vec<f64>>>().ok_or_else(|| wrong("numbers"))?;
+            let pick = |a: f64, b: f64| if (name == "min") == (b < a) { b } else { a };
+            numbers.into_iter().reduce(pick).map(Value::Number).ok_or_else(|| wrong("at least one number"))
+        }
+        _ => Err(Wrong::new(format!("there is no function `{name}`")).known(name, FUNCTIONS.iter().copied())),
+    }
+}
+
+fn found(args: &[Value]) -> String {
+    match args {
+        [] => "nothing".to_owned(),
+        args => args.iter().map(Value::describe).collect::<Vec<_>>().join(", "),
+    }
+}

@@ -1,0 +1,205 @@
+//! The syntax of expressions, from the weakest binding to the strongest:
+//!
+//! ```text
+//! or
+//! and
+//! not
+//! ==  !=  <  <=  >  >=        (not chained)
+//! +  -
+//! *  /  %
+//! -x
+//! ^                           (from right to left)
+//! x[i]
+//! 1.5  'text'  name  name(a, b)  (x)  [a, b]
+//! ```
+
+use crate::wrong::{Result, Wrong};
+
+/// Maximum nesting depth.
+const DEEPEST: usize = 60;
+
+/// An expression.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Tree {
+    Number(f64),
+    Text(String),
+    Name(String),
+    List(Vec<Tree>),
+    Call(String, Vec<Tree>),
+    Index(Box<Tree>, Box<Tree>),
+    Negative(Box<Tree>),
+    Not(Box<Tree>),
+    Both(&'static str, Box<Tree>, Box<Tree>),
+}
+
+/// Reads an expression.
+pub fn parse(text: &str) -> Result<Tree> {
+    let mut parser = Parser { rest: text, depth: 0 };
+    let tree = parser.any()?;
+    match parser.rest.trim_start() {
+        "" => Ok(tree),
+        rest => Err(Wrong::new(format!("expected an operator or the end of the expression, found `{rest}`"))),
+    }
+}
+
+struct Parser<'a> {
+    rest: &'a str,
+    depth: usize,
+}
+
+/// Operators between two values, from the weakest binding to the strongest. Longer ones come first.
+const LEVELS: &[&[&str]] = &[&["or"], &["and"], &["==", "!=", "<=", ">=", "<", ">"], &["+", "-"], &["*", "/", "%"]];
+/// The level of comparisons, above which `not` stands.
+const COMPARES: usize = 2;
+
+impl Parser<'_> {
+    fn any(&mut self) -> Result<Tree> {
+        self.depth += 1;
+        if self.depth > DEEPEST {
+            return Err(Wrong::new(format!("the expression is nested more than {DEEPEST} deep")));
+        }
+        let tree = self.level(0);
+        self.depth -= 1;
+        tree
+    }
+
+    fn level(&mut self, n: usize) -> Result<Tree> {
+        let Some(operators) = LEVELS.get(n) else { return self.sign() };
+        if n == COMPARES && self.takes("not") {
+            self.deeper()?;
+            let inner = self.level(n)?;
+            self.depth -= 1;
+            return Ok(Tree::Not(inner.into()));
+        }
+        let mut left = self.level(n + 1)?;
+        while let Some(operator) = operators.iter().find(|o| self.takes(o)) {
+            left = Tree::Both(operator, left.into(), self.level(n + 1)?.into());
+            if n == COMPARES {
+                break;
+            }
+        }
+        Ok(left)
+    }
+
+    fn deeper(&mut self) -> Result {
+        self.depth += 1;
+        if self.depth > DEEPEST {
+            return Err(Wrong::new(format!("the expression is nested more than {DEEPEST} deep")));
+        }
+        Ok(())
+    }
+
+    fn sign(&mut self) -> Result<Tree> {
+        if self.takes("-") {
+            self.deeper()?;
+            let inner = self.sign()?;
+            self.depth -= 1;
+            return Ok(Tree::Negative(inner.into()));
+        }
+        let base = self.indexed()?;
+        if self.takes("^") {
+            self.deeper()?;
+            let power = self.sign()?;
+            self.depth -= 1;
+            return Ok(Tree::Both("^", base.into(), power.into()));
+        }
+        Ok(base)
+    }
+
+    fn indexed(&mut self) -> Result<Tree> {
+        let mut tree = self.single()?;
+        while self.takes("[") {
+            let index = self.any()?;
+            self.needs("]")?;
+            tree = Tree::Index(tree.into(), index.into());
+        }
+        Ok(tree)
+    }
+
+    fn single(&mut self) -> Result<Tree> {
+        self.rest = self.rest.trim_start();
+        let rest = self.rest;
+        let Some(first) = rest.chars().next() else {
+            return Err(Wrong::new("expected a value, found the end of the expression"));
+        };
+        if first.is_ascii_digit() || first == '.' {
+            return self.number();
+        }
+        if first == '\'' || first == '"' {
+            let inner = &rest[1..];
+            let end = inner.find(first).ok_or_else(|| Wrong::new(format!("the text {rest} does not end")))?;
+            self.rest = &inner[end + 1..];
+            return Ok(Tree::Text(inner[..end].to_owned()));
+        }
+        if self.takes("(") {
+            let inner = self.any()?;
+            self.needs(")")?;
+            return Ok(inner);
+        }
+        if self.takes("[") {
+            return self.list("]").map(Tree::List);
+        }
+        let end = rest.find(|c: char| !c.is_ascii_alphanumeric() && c != '_').unwrap_or(rest.len());
+        if end == 0 {
+            return Err(Wrong::new(format!("expected a value, found `{rest}`")));
+        }
+        let name = rest[..end].to_owned();
+        self.rest = &rest[end..];
+        match self.takes("(") {
+            true => self.list(")").map(|args| Tree::Call(name, args)),
+            false => Ok(Tree::Name(name)),
+        }
+    }
+
+    fn number(&mut self) -> Result<Tree> {
+        let bytes = self.rest.as_bytes();
+        let mut end = 0;
+        while let Some(b) = bytes.get(end) {
+            let sign = matches!(b, b'+' | b'-') && end > 0 && matches!(bytes[end - 1], b'e' | b'E');
+            if !(b.is_ascii_digit() || matches!(b, b'.' | b'e' | b'E') || sign) {
+                break;
+            }
+            end += 1;
+        }
+        let (number, rest) = self.rest.split_at(end);
+        self.rest = rest;
+        number.parse().map(Tree::Number).map_err(|_| Wrong::new(format!("`{number}` is not a number")))
+    }
+
+    fn list(&mut self, end: &'static str) -> Result<Vec<Tree>> {
+        let mut all = Vec::new();
+        if self.takes(end) {
+            return Ok(all);
+        }
+        loop {
+            all.push(self.any()?);
+            if !self.takes(",") {
+                self.needs(end)?;
+                return Ok(all);
+            }
+        }
+    }
+
+    /// Skips a word or sign, if it is next.
+    fn takes(&mut self, what: &str) -> bool {
+        let rest = self.rest.trim_start();
+        let Some(after) = rest.strip_prefix(what) else { return false };
+        let is_word = what.starts_with(|c: char| c.is_ascii_alphabetic());
+        if is_word && after.starts_with(|c: char| c.is_ascii_alphanumeric() || c == '_') {
+            return false;
+        }
+        self.rest = after;
+        true
+    }
+
+    fn needs(&mut self, what: &str) -> Result {
+        if self.takes(what) {
+            return Ok(());
+        }
+        let found = match self.rest.trim_start() {
+            "" => "the end of the expression".to_owned(),
+            rest => format!("`{rest}`"),
+        };
+        Err(Wrong::new(format!("expected `{what}`, found {found}")))
+    }
+}

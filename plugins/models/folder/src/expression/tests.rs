@@ -1,0 +1,91 @@
+use super::{Names, Value, evaluate};
+
+fn names() -> Names {
+    let vector = |v: &[f64]| Value::List(v.iter().map(|x| Value::Number(*x)).collect());
+    Names::from([
+        ("length".to_owned(), Value::Number(0.4)),
+        ("count".to_owned(), Value::Number(3.0)),
+        ("arm".to_owned(), Value::Bool(true)),
+        ("preset".to_owned(), Value::Text("wide".into())),
+        ("color".to_owned(), vector(&[0.5, 0.25, 1.0])),
+        ("poses".to_owned(), Value::List(vec![vector(&[1.0, 2.0]), vector(&[3.0, 4.0])])),
+    ])
+}
+
+fn toml(text: &str) -> String {
+    evaluate(text, &names()).unwrap().to_toml().unwrap()
+}
+
+#[test]
+fn expressions_yield_what_arithmetic_says() {
+    for (text, wanted) in [
+        ("1 + 2 * 3", "7.0"),
+        ("(1 + 2) * 3", "9.0"),
+        ("2 - 3 - 4", "-5.0"),
+        ("-2 ^ 2", "-4.0"),
+        ("2 ^ 3 ^ 2", "512.0"),
+        ("2 ^ -1", "0.5"),
+        ("7 % 4", "3.0"),
+        ("-1 % 4", "3.0"),
+        ("1e-3 * 1E+3", "1.0"),
+        ("length / 2", "0.2"),
+        ("if(preset == 'wide', 0.1, 1 / 0)", "0.1"),
+        ("if(preset != \"wide\", 0.1, 0.2)", "0.2"),
+        ("if(arm and count >= 3, 'yes', 'no')", "\"yes\""),
+        ("not arm or count < 2", "false"),
+        ("not arm == false", "true"),
+        ("color", "[0.5, 0.25, 1.0]"),
+        ("color[count - 2]", "0.25"),
+        ("poses[1][0]", "3.0"),
+        ("poses", "[[1.0, 2.0], [3.0, 4.0]]"),
+        ("[length, 0, -length] * 2", "[0.8, 0.0, -0.8]"),
+        ("poses[0] + poses[1]", "[4.0, 6.0]"),
+        ("min(3, 1, 2) + max(color)", "2.0"),
+        ("sqrt(16) + abs(-1) + floor(1.9) + ceil(0.1)", "7.0"),
+        ("deg(pi)", "180.0"),
+        ("rad(180) == pi", "true"),
+        ("atan2(0, -1) == pi and cos(0) == 1 and sin(0) == tan(0)", "true"),
+        ("len(poses)", "2.0"),
+        ("'leg_' + text(count)", "\"leg_3\""),
+        ("'a\"' + preset", "\"a\\\"wide\""),
+        ("order", "1.0"),
+    ] {
+        let mut names = names();
+        names.insert("order".into(), Value::Number(1.0));
+        assert_eq!(evaluate(text, &names).unwrap().to_toml().unwrap(), wanted, "{text}");
+    }
+    assert_eq!(toml("0.1"), "0.1");
+}
+
+#[test]
+fn errors_say_what_is_wrong_and_what_to_do() {
+    for (text, wrong, help) in [
+        ("1 / (count - 3)", "division by zero: 1 / 0", ""),
+        ("lenght * 2", "no parameter or number `lenght`", "did you mean `length`?"),
+        ("quite_another", "no parameter or number `quite_another`", "known are arm, color"),
+        ("sqr(2)", "no function `sqr`", "did you mean `sqrt`?"),
+        ("sqrt(-1)", "`sqrt(-1)` is not defined", ""),
+        ("sqrt('a')", "`sqrt` takes one number, found the text 'a'", ""),
+        ("preset + 1", "`+` does not work between the text 'wide' and the number 1", ""),
+        ("preset == 1", "`==` does not work between", ""),
+        ("if(1, 2, 3)", "the condition of `if` must be true or false, found the number 1", ""),
+        ("if(arm, 2)", "`if` takes a condition and two values, found 2", ""),
+        ("color[3]", "no element 3 in a list of 3", "numbered from 0"),
+        ("length[0]", "an element of the number 0.4", "numbered from 0"),
+        ("1 +", "expected a value, found the end", ""),
+        ("1 2", "expected an operator or the end of the expression, found `2`", ""),
+        ("(1", "expected `)`, found the end", ""),
+        ("'a", "the text 'a does not end", ""),
+        ("1.2.3", "`1.2.3` is not a number", ""),
+        ("1 < 2 < 3", "found `< 3`", ""),
+        ("10 ^ 400", "not a finite number", ""),
+        ("color + [1]", "`+` does not work between a list of 3 and a list of 1", ""),
+        ("ä", "expected a value, found `ä`", ""),
+    ] {
+        let e = evaluate(text, &names()).unwrap_err();
+        assert!(e.text.contains(wrong) && e.help.unwrap_or_default().contains(help), "{text}: {}", e.text);
+    }
+    let deep = "(".repeat(5000);
+    assert!(evaluate(&deep, &names()).unwrap_err().text.contains("nested more than"));
+    assert!(evaluate(&"-".repeat(5000), &names()).unwrap_err().text.contains("nested more than"));
+}

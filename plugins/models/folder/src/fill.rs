@@ -1,0 +1,84 @@
+//! A text whose expressions are replaced by what they yield, with unchanged line numbers.
+
+use std::ops::Range;
+
+use toml_edit::{Document, Item, Value as Toml};
+
+use crate::{
+    expression::{Names, evaluate},
+    wrong::{Result, Wrong},
+};
+
+/// Returns the text with only the parts in `kept`; everything else becomes empty lines. Expressions in `kept` are
+/// replaced by their values, and `dropped` are keys with their values that only this plugin reads.
+pub fn filled(
+    doc: &Document<String>,
+    kept: &[Range<usize>],
+    dropped: &[Range<usize>],
+    names: &Names,
+) -> Result<String> {
+    let text = doc.raw();
+    let mut found: Vec<(Range<usize>, &str)> = Vec::new();
+    doc.iter().for_each(|(_, item)| expressions(item, &mut found));
+    let inside =
+        |span: &Range<usize>, all: &[Range<usize>]| all.iter().any(|r| r.start <= span.start && span.end <= r.end);
+    let mut changes: Vec<(Range<usize>, String)> = Vec::new();
+    for (span, written) in found {
+        if !inside(&span, kept) || inside(&span, dropped) {
+            continue;
+        }
+        let value = value_toml(written, names).map_err(|wrong| wrong.at(Some(span.clone())))?;
+        if text[span.clone()].contains('\n') {
+            return Err(Wrong::new("an expression must stand on one line").at(Some(span)));
+        }
+        changes.push((span, value));
+    }
+    changes.extend(dropped.iter().map(|span| (span.clone(), String::new())));
+    changes.sort_by_key(|(span, _)| span.start);
+    let mut out = String::with_capacity(text.len());
+    let mut changes = changes.into_iter().peekable();
+    let mut at = 0;
+    for part in kept {
+        out.extend(text[at..part.start].matches('\n'));
+        at = part.start;
+        while let Some((span, value)) = changes.next_if(|(span, _)| span.end <= part.end) {
+            if span.start >= at {
+                out += &text[at..span.start];
+                out += &value;
+                at = span.end;
+            }
+        }
+        out += &text[at..part.end];
+        at = part.end;
+    }
+    Ok(out)
+}
+
+/// Returns what a text that begins with `=` stands for, in TOML.
+fn value_toml(written: &str, names: &Names) -> Result<String> {
+    match written.strip_prefix("==") {
+        Some(rest) => crate::expression::Value::Text(format!("={rest}")).to_toml(),
+        None => evaluate(written.trim_start_matches('='), names)?.to_toml(),
+    }
+}
+
+/// Collects the texts that begin with `=`.
+fn expressions<'d>(item: &'d Item, out: &mut Vec<(Range<usize>, &'d str)>) {
+    match item {
+        Item::None => {}
+        Item::Value(value) => in_value(value, out),
+        Item::Table(table) => table.iter().for_each(|(_, item)| expressions(item, out)),
+        Item::ArrayOfTables(all) => all.iter().flat_map(|t| t.iter()).for_each(|(_, item)| expressions(item, out)),
+    }
+}
+
+fn in_value<'d>(value: &'d Toml, out: &mut Vec<(Range<usize>, &'d str)>) {
+    match value {
+        Toml::String(s) if s.value().starts_with('=') => {
+            out.extend(value.span().map(|span| (span, s.value().as_str())))
+        }
+        Toml::Array(all) => all.iter().for_each(|v| in_value(v, out)),
+        Toml::InlineTable(table) => table.iter().for_each(|(_, v)| in_value(v, out)),
+        _ => {}
+    }
+}

@@ -1,0 +1,64 @@
+//! Models without code: `models/NAME/model.toml`, in the scene format with a table `[model]`.
+//!
+//! - `model`: the table `[model]`; `params`: its parameters; `table`: reading of tables; `wrong`: errors at a line;
+//! - `expression`: arithmetic in values; `fill`: expressions in a text are replaced by what they yield;
+//! - `sections`: where the tables of the file are; `entries`: which of them are built, how often and with which values.
+
+mod entries;
+mod expression;
+mod fill;
+mod model;
+mod params;
+mod sections;
+mod table;
+mod wrong;
+
+use tatu_plugin_api::{
+    safe::{Builder, Fail, Host, ModelInfo, ModelReader, Offer, Params, Plugin, Result},
+    tatu_plugin,
+};
+
+use model::Model;
+
+/// The plugin.
+pub struct Folders;
+
+impl Plugin for Folders {
+    fn start(_: &Host) -> Result<Self> {
+        Ok(Folders)
+    }
+    fn offer(offer: &mut Offer<Self>) {
+        offer.model_reader::<Texts>();
+    }
+}
+
+/// The reader of `model.toml`.
+struct Texts;
+
+impl ModelReader for Texts {
+    type Plugin = Folders;
+    type Model = Model;
+
+    fn read(_: &Folders, name: &str, text: &str) -> Result<(ModelInfo, Model)> {
+        match model::read(text).map_err(|wrong| wrong.in_text(name, text))? {
+            Some(read) => Ok(read),
+            None => Err(Fail::unsupported("the file has no table [model]")),
+        }
+    }
+    fn build(model: &Model, builder: &Builder<'_>, params: &Params<'_>) -> Result {
+        let texts = entries::texts(model, params).map_err(|wrong| wrong.in_text("", &model.text))?;
+        for (i, text) in texts.iter().enumerate() {
+            // The first text has only the base; everything else goes below it.
+            builder.scene((i > 0).then(|| builder.base()), "", text)?;
+        }
+        Ok(())
+    }
+}
+
+tatu_plugin! {
+    plugin: Folders,
+    id: "tatu.models.folder",
+    name: "Models without code",
+    version: env!("CARGO_PKG_VERSION"),
+    licence: "MIT OR Apache-2.0",
+}

@@ -1,0 +1,130 @@
+//! The table `[model]`.
+
+use std::ops::Range;
+
+use tatu_plugin_api::safe::{ModelInfo, ModelNumber, ModelSlot, Param};
+use toml_edit::{Document, Item, TableLike};
+
+use crate::{
+    expression::Value,
+    params,
+    sections::{self, Entry, Section},
+    table::{each, is_name, named_at, only, optional, required, sub_table, texts},
+    wrong::{Result, Wrong},
+};
+
+/// A model that was read.
+pub struct Model {
+    /// The text of its file.
+    pub text: String,
+    /// The text, parsed.
+    pub doc: Document<String>,
+    /// Its parts.
+    pub sections: Vec<Section>,
+    /// Its objects and imports, in the order of the file.
+    pub entries: Vec<Entry>,
+    /// Index of the entry that is the base.
+    pub base: usize,
+    /// Keys of its parameters.
+    pub params: Vec<String>,
+    /// Its constants, which may be expressions, and where their values are written.
+    pub numbers: Vec<(String, Value, Range<usize>)>,
+}
+
+const KEYS: &[&str] = &["text", "category", "licence", "mount", "base", "params", "numbers", "slots"];
+
+/// Reads the text of a model; none if it has no table `[model]`.
+pub fn read(text: &str) -> Result<Option<(ModelInfo, Model)>> {
+    let doc = Document::parse(text.to_owned()).map_err(|e| no_toml(text, &e))?;
+    let Some(table) = doc.get("model").and_then(Item::as_table_like) else { return Ok(None) };
+    only(table, KEYS, "a model")?;
+    let (sections, entries) = sections::divide(&doc)?;
+    let params = params::read(sub_table(table, "params")?)?;
+    let numbers = numbers(table, &params)?;
+    let info = ModelInfo {
+        text: required(table, "text", "a model")?,
+        category: optional(table, "category")?,
+        licence: optional(table, "licence")?,
+        mounts: texts(table, "mount")?,
+        slots: slots(table, &entries)?,
+        numbers: numbers.iter().map(|(n, ..)| n.clone()).collect(),
+        params,
+    };
+    let model = Model {
+        text: text.to_owned(),
+        base: base(table, &entries)?,
+        params: info.params.iter().map(|p| p.key().to_owned()).collect(),
+        numbers: numbers.into_iter().map(|(n, value, span)| (n.name, value, span)).collect(),
+        sections,
+        entries,
+        doc,
+    };
+    Ok(Some((info, model)))
+}
+
+/// Returns the error for a text that is not TOML.
+fn no_toml(text: &str, e: &toml_edit::TomlError) -> Wrong {
+    let wrong = Wrong::new(format!("not a TOML file: {}", e.message())).at(e.span());
+    match text.contains("[[model]]") {
+        true => wrong.help("in a file with `[model]`, models are placed by `[[object]]` with `model = ...`"),
+        false => wrong,
+    }
+}
+
+/// Reads `[model.numbers]`.
+fn numbers(model: &dyn TableLike, params: &[Param]) -> Result<Vec<(ModelNumber, Value, Range<usize>)>> {
+    let mut out = Vec::new();
+    for (name, table, place) in each(sub_table(model, "numbers")?, "a number")? {
+        let what = format!("the number `{name}`");
+        is_name(name).map_err(|e| e.at(place.clone()))?;
+        if params.iter().any(|p| p.key() == name) {
+            return Err(Wrong::new(format!("`{name}` is both a parameter and a number")).at(place));
+        }
+        only(table, &["value", "unit", "source"], &what)?;
+        let span = named_at(table, Some("value"));
+        let value = table.get("value").and_then(Item::as_value).and_then(Value::of_toml);
+        let value = value.ok_or_else(|| {
+            let wrong =
+                Wrong::new(format!("{what} has no value")).help("value = 0.0975, or an expression: \"=length / 2\"");
+            wrong.at(span.clone())
+        })?;
+        let source = required(table, "source", &what)
+            .map_err(|e| e.help("a document and its page, or \"estimate: \" and the reasoning"))?;
+        let number =
+            ModelNumber { name: name.to_owned(), value: value.to_host(), unit: optional(table, "unit")?, source };
+        out.push((number, value, span.unwrap_or_default()));
+    }
+    Ok(out)
+}
+
+/// Reads `[model.slots]`. A slot is an object of the file, unless the model places others that may have it.
+fn slots(model: &dyn TableLike, entries: &[Entry]) -> Result<Vec<ModelSlot>> {
+    let mut out = Vec::new();
+    let aliases = || entries.iter().filter_map(|e| e.alias.as_deref());
+    for (alias, table, place) in each(sub_table(model, "slots")?, "a slot")? {
+        only(table, &["mount", "text"], &format!("the slot `{alias}`"))?;
+        if aliases().all(|a| a != alias) && !entries.iter().any(|e| e.opaque || e.repeat.is_some()) {
+            let wrong = Wrong::new(format!("no object has the alias `{alias}` of the slot"));
+            return Err(wrong.known(alias, aliases()).at(place));
+        }
+        let (mount, text) = (optional(table, "mount")?, optional(table, "text")?);
+        out.push(ModelSlot { alias: alias.to_owned(), mount, text });
+    }
+    Ok(out)
+}
+
+/// Returns the index of the base: the entry that `base` names, or the first one.
+fn base(model: &dyn TableLike, entries: &[Entry]) -> Result<usize> {
+    let alias = optional(model, "base")?;
+    let span = named_at(model, Some("base"));
+    if entries.is_empty() {
+        return Err(Wrong::new("the model has no [[object]]"));
+    }
+    if alias.is_empty() {
+        return Ok(0);
+    }
+    entries.iter().position(|e| e.alias.as_deref() == Some(&alias)).ok_or_else(|| {
+        let aliases = entries.iter().filter_map(|e| e.alias.as_deref());
+        Wrong::new(format!("no object has the alias `{alias}`, which `base` names")).known(&alias, aliases).at(span)
+    })
+}

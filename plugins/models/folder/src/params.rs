@@ -1,0 +1,123 @@
+//! `[model.params]`: parameters, which are declared like those of models in code.
+
+use tatu_plugin_api::safe::{Param, Value as Host};
+use toml_edit::{Item, TableLike};
+
+use crate::{
+    expression::Value,
+    table::{Named, each, is_name, named_at, only, optional, required, texts},
+    wrong::{Result, Wrong},
+};
+
+const KEYS: &[&str] = &["type", "unit", "range", "default", "choices", "count", "text"];
+const TYPES: &[&str] = &["float", "int", "bool", "text", "floats", "list"];
+/// Keys of every placed model, which parameters cannot have.
+const TAKEN: &[&str] = &[
+    "model",
+    "file",
+    "alias",
+    "parent",
+    "position",
+    "orientation",
+    "quaternion",
+    "script",
+    "scripts",
+    "set",
+    "remove",
+    "replace",
+    "slots",
+    "kind",
+    "repeat",
+];
+
+/// Reads the parameters, in the order of the file.
+pub fn read(table: Option<&dyn TableLike>) -> Result<Vec<Param>> {
+    each(table, "a parameter")?.into_iter().map(param).collect()
+}
+
+fn param((key, table, place): Named<'_>) -> Result<Param> {
+    let what = format!("the parameter `{key}`");
+    is_name(key).map_err(|e| e.at(place.clone()))?;
+    if TAKEN.contains(&key) {
+        let wrong = Wrong::new(format!("`{key}` is a key of every placed model, and cannot be a parameter"));
+        return Err(wrong.at(place));
+    }
+    only(table, KEYS, &what)?;
+    let kind = required(table, "type", &what).map_err(|e| e.help(format!("type = one of {}", TYPES.join(", "))))?;
+    let at = |key: &str| named_at(table, Some(key));
+    let count = table.get("count").map_or(Some(0), |i| i.as_integer().and_then(|n| u32::try_from(n).ok()));
+    let count = count.ok_or_else(|| Wrong::new("`count`: expected a whole number").at(at("count")))?;
+    let mut param = match kind.as_str() {
+        "float" => Param::float(key),
+        "int" => Param::int(key),
+        "bool" => Param::bool(key),
+        "text" => Param::string(key),
+        "floats" => Param::floats(key, count),
+        "list" => Param::list(key),
+        other => {
+            let wrong = Wrong::new(format!("{what}: there is no type `{other}`"));
+            return Err(wrong.known(other, TYPES.iter().copied()).at(at("type")));
+        }
+    };
+    param = param.text(required(table, "text", &what)?);
+    let unit = optional(table, "unit")?;
+    if !unit.is_empty() {
+        param = param.unit(unit);
+    }
+    if let Some(item) = table.get("range") {
+        let ends: Option<Vec<f64>> = item.as_array().and_then(|a| a.iter().map(number).collect());
+        let Some([low, high]) = ends.as_deref() else {
+            return Err(Wrong::new("`range`: expected two numbers, the least and the greatest").at(at("range")));
+        };
+        if low > high {
+            return Err(Wrong::new(format!("`range`: {low} is greater than {high}")).at(at("range")));
+        }
+        param = param.range(*low, *high);
+    }
+    let choices = texts(table, "choices")?;
+    let default = table.get("default").and_then(Item::as_value).and_then(Value::of_toml).ok_or_else(|| {
+        let wrong = Wrong::new(format!("{what} has no default")).at(at("default"));
+        wrong.help("every parameter has one, so that the model can be placed by its name alone")
+    })?;
+    let fallback = fallback(&kind, &default, (count, &choices), table.get("range").is_some().then_some(&param));
+    let fallback = fallback.map_err(|e| e.at(at("default")))?;
+    Ok(param.choices_of(choices).default(fallback))
+}
+
+fn number(value: &toml_edit::Value) -> Option<f64> {
+    value.as_float().or_else(|| value.as_integer().map(|i| i as f64))
+}
+
+/// Returns the default as the host takes it, if it fits the declaration.
+fn fallback(kind: &str, default: &Value, (count, choices): (u32, &[String]), ranged: Option<&Param>) -> Result<Host> {
+    let wrong = |wanted: &str| Wrong::new(format!("`default`: expected {wanted}, found {}", default.describe()));
+    let host = match (kind, default, default.to_host()) {
+        ("float", Value::Number(_), host) | ("bool", Value::Bool(_), host) | ("floats", _, host @ Host::Floats(_)) => {
+            host
+        }
+        ("int", Value::Number(x), _) if *x == libm::floor(*x) => Host::Int(*x as i64),
+        ("text", Value::Text(t), host) if choices.is_empty() || choices.contains(t) => host,
+        ("text", Value::Text(_), _) => return Err(wrong(&format!("one of {}", choices.join(", ")))),
+        ("list", Value::List(_), host) => match host {
+            Host::Floats(all) => Host::List(all.into_iter().map(Host::Float).collect()),
+            host => host,
+        },
+        ("int", ..) => return Err(wrong("an integer")),
+        ("bool", ..) => return Err(wrong("true or false")),
+        ("text", ..) => return Err(wrong("a text")),
+        ("floats", ..) => return Err(wrong("numbers")),
+        ("list", ..) => return Err(wrong("a list")),
+        _ => return Err(wrong("a number")),
+    };
+    if let Host::Floats(all) = &host
+        && count != 0
+        && all.len() != count as usize
+    {
+        return Err(wrong(&format!("{count} numbers")));
+    }
+    if let Some(param) = ranged {
+        let declared = [param.clone()];
+        Param::fill(&declared, &[(param.key(), host.clone())]).map_err(|e| Wrong::new(e.text()))?;
+    }
+    Ok(host)
+}

@@ -1,0 +1,84 @@
+//! Tables of TOML: keys that must be there, and keys that are not known.
+
+use std::ops::Range;
+
+use toml_edit::{Item, TableLike};
+
+use crate::{
+    expression::RESERVED,
+    wrong::{Result, Wrong},
+};
+
+/// Returns where a key's value is written; without a key, or if the key is missing, where the table begins.
+pub fn named_at(table: &dyn TableLike, key: Option<&str>) -> Option<Range<usize>> {
+    let of = |key: &str| table.get(key).and_then(Item::span).or_else(|| table.key(key).and_then(|k| k.span()));
+    key.and_then(of).or_else(|| table.iter().find_map(|(k, _)| table.key(k).and_then(|k| k.span())))
+}
+
+/// Refuses keys that are not known.
+pub fn only(table: &dyn TableLike, known: &[&str], what: &str) -> Result {
+    match table.iter().find(|(k, _)| !known.contains(k)) {
+        None => Ok(()),
+        Some((key, _)) => {
+            let span = table.key(key).and_then(|k| k.span());
+            Err(Wrong::new(format!("{what} has no key `{key}`")).known(key, known.iter().copied()).at(span))
+        }
+    }
+}
+
+/// Returns a text, or an empty one if the key is missing.
+pub fn optional(table: &dyn TableLike, key: &str) -> Result<String> {
+    let Some(item) = table.get(key) else { return Ok(String::new()) };
+    let text = item.as_str().map(str::to_owned);
+    text.ok_or_else(|| Wrong::new(format!("`{key}`: expected a text")).at(named_at(table, Some(key))))
+}
+
+/// Returns a text that must be there.
+pub fn required(table: &dyn TableLike, key: &str, what: &str) -> Result<String> {
+    match optional(table, key)? {
+        text if text.is_empty() => Err(Wrong::new(format!("{what} has no `{key}`")).at(named_at(table, None))),
+        text => Ok(text),
+    }
+}
+
+/// Returns a text or a list of texts.
+pub fn texts(table: &dyn TableLike, key: &str) -> Result<Vec<String>> {
+    let Some(list) = table.get(key).and_then(Item::as_array) else {
+        return optional(table, key).map(|t| if t.is_empty() { Vec::new() } else { vec![t] });
+    };
+    let all: Option<Vec<String>> = list.iter().map(|v| v.as_str().map(str::to_owned)).collect();
+    all.ok_or_else(|| Wrong::new(format!("`{key}`: expected texts")).at(named_at(table, Some(key))))
+}
+
+/// Returns a table within a table, if it is there.
+pub fn sub_table<'t>(table: &'t dyn TableLike, key: &str) -> Result<Option<&'t dyn TableLike>> {
+    let Some(item) = table.get(key) else { return Ok(None) };
+    let inner = item.as_table_like().map(Some);
+    inner.ok_or_else(|| Wrong::new(format!("`{key}` is not a table")).at(named_at(table, Some(key))))
+}
+
+/// A table by its name, and where the name is written.
+pub type Named<'t> = (&'t str, &'t dyn TableLike, Option<Range<usize>>);
+
+/// Returns the tables within a table, by name.
+pub fn each<'t>(table: Option<&'t dyn TableLike>, what: &str) -> Result<Vec<Named<'t>>> {
+    let Some(table) = table else { return Ok(Vec::new()) };
+    let entry = |(name, item): (&'t str, &'t Item)| match item.as_table_like() {
+        Some(inner) => Ok((name, inner, table.key(name).and_then(|k| k.span()).or_else(|| named_at(inner, None)))),
+        None => Err(Wrong::new(format!("{what} `{name}` is not a table")).at(named_at(table, Some(name)))),
+    };
+    table.iter().map(entry).collect()
+}
+
+/// Checks that expressions can use a name.
+pub fn is_name(name: &str) -> Result {
+    let fits = |c: char| c.is_ascii_alphanumeric() || c == '_';
+    if name.starts_with(|c: char| c.is_ascii_digit()) || !name.chars().all(fits) || name.is_empty() {
+        let wrong = Wrong::new(format!("`{name}` cannot be a name in expressions"));
+        return Err(wrong.help("use letters, digits and `_`, such as wheel_radius"));
+    }
+    if RESERVED.contains(&name) {
+        return Err(Wrong::new(format!("`{name}` has a meaning in expressions")).help("choose another name"));
+    }
+    Ok(())
+}

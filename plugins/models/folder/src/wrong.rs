@@ -1,0 +1,56 @@
+//! Errors in the text of a model.
+
+use std::ops::Range;
+
+use tatu_plugin_api::safe::Fail;
+
+/// An error, and where in the text it is.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Wrong {
+    /// What is wrong, and what was expected.
+    pub text: String,
+    /// What to do.
+    pub help: Option<String>,
+    /// The part of the text; none for the whole.
+    pub span: Option<Range<usize>>,
+}
+
+/// The result of reading a text.
+pub type Result<T = ()> = std::result::Result<T, Wrong>;
+
+impl Wrong {
+    /// Creates an error without a place.
+    pub fn new(text: impl Into<String>) -> Self {
+        Wrong { text: text.into(), help: None, span: None }
+    }
+    /// Adds a hint.
+    pub fn help(mut self, text: impl Into<String>) -> Self {
+        self.help = Some(text.into());
+        self
+    }
+    /// Adds the place, unless there is one.
+    pub fn at(mut self, span: Option<Range<usize>>) -> Self {
+        self.span = self.span.or(span);
+        self
+    }
+    /// Adds the hint "did you mean ...?" or, if no known name is similar, the list of them.
+    pub fn known<'a>(self, name: &str, known: impl IntoIterator<Item = &'a str>) -> Self {
+        let known: Vec<&str> = known.into_iter().collect();
+        let distance = |k: &str| strsim::damerau_levenshtein(&name.to_lowercase(), &k.to_lowercase());
+        let near = known.iter().map(|k| (distance(k), *k)).min();
+        match near.filter(|(d, k)| *d <= 1 + k.len().max(name.len()) / 4) {
+            Some((_, near)) => self.help(format!("did you mean `{near}`?")),
+            None if known.is_empty() => self,
+            None => self.help(format!("known are {}", known.join(", "))),
+        }
+    }
+    /// Returns the error for the host, with its line.
+    pub fn in_text(self, name: &str, text: &str) -> Fail {
+        let line = self.span.map_or(0, |s| 1 + text.bytes().take(s.start).filter(|b| *b == b'\n').count());
+        let fail = Fail::new(self.text).at(name, line as u64);
+        match self.help {
+            Some(help) => fail.help(help),
+            None => fail,
+        }
+    }
+}

@@ -1,0 +1,1 @@
+function sysCall_init() print('blinks') end

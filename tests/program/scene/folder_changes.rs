@@ -1,0 +1,91 @@
+//! Tests of what a scene adds to, takes out of and replaces in models: slots, `remove`, `replace`.
+
+use super::folder_models::{CLAW, flat, has, object, place};
+use crate::kit::*;
+
+#[test]
+fn devices_go_into_slots() {
+    let place = place(
+        "[[model]]\nmodel = \"rover\"\nalias = \"a\"\nlength_m = 1.0\n\
+         [model.slots]\nfront = { model = \"claw\", reach_m = 0.5, alias = \"nose\", position_m = [0.0, 0.0, 0.1] }\n\
+         top = [{ sensor = \"proximity\", alias = \"eye\", range_m = 3.0 }, { kind = \"dummy\", alias = \"mark\" }]\n",
+    );
+    let text = flat(&place, &[]);
+    has(&text, "nose", &["parent = \"front\"", "size_m = [0.5, 0.02, 0.02]", "position_m = [0.0, 0.0, 0.1]"]);
+    has(&text, "eye", &["parent = \"top\"", "range_m = 3.0"]);
+    has(&text, "mark", &["parent = \"top\""]);
+    // The parameter of what is in a slot is set by its path.
+    let text = flat(&place, &["--set", "/a/front/nose.reach_m=0.25"]);
+    has(&text, "nose", &["size_m = [0.25, 0.02, 0.02]"]);
+}
+
+/// A sensor in place of another one, on a model of code as well as on one of text.
+#[test]
+fn parts_are_removed_and_replaced() {
+    let place = place(
+        "[[model]]\nmodel = \"rover\"\nalias = \"a\"\nremove = [\"led_0\", \"arm/tip\"]\n\
+         [[model]]\nmodel = \"rover\"\nalias = \"b\"\n\
+         replace = { \"top\" = { sensor = \"proximity\", alias = \"eye\" }, \"arm\" = { model = \"claw\", reach_m = 0.7 } }\n",
+    );
+    let text = flat(&place, &[]);
+    let names = |name: &str| text.matches(&format!("alias = \"{name}\"\n")).count();
+    assert_eq!((names("led_0"), names("led_1"), names("arm"), names("claw"), names("tip")), (1, 2, 1, 1, 1), "{text}");
+    // It stands where the old one stood: half a wheel's radius above the middle.
+    has(&text, "eye", &["parent = \"b#0\"", "position_m = [0.0, 0.0, 0.05]"]);
+    assert!(object(&text, "claw").contains("size_m = [0.7, 0.02, 0.02]"), "{text}");
+    // What the model sets on a part that is gone is dropped with it.
+    let place = super::folder_models::place("[[model]]\nmodel = \"rover\"\nremove = [\"led_1\"]\n");
+    assert!(!flat(&place, &[]).contains("led_1"));
+
+    let sonars: Vec<String> = (1..=8).map(|n| format!("\"Pioneer_p3dx_ultrasonicSensor{n}\"")).collect();
+    let scene = |more: &str| format!("[[model]]\nmodel = \"pioneer_p3dx\"\n{more}");
+    let whole = flat(&Place::scene(&scene("")), &[]).matches("sensor = ").count();
+    let place = Place::scene(&scene(&format!("remove = [{}]\n", sonars.join(", "))));
+    assert_eq!(flat(&place, &[]).matches("sensor = ").count(), whole - 8);
+    place.run(&["--steps", "5"]).good();
+}
+
+#[test]
+fn parts_of_imports_and_plain_scenes_are_changed() {
+    let place = Place::scene(
+        "[[import]]\nfile = \"b.urdf\"\nremove = [\"lid\"]\n\
+         [[model]]\nmodel = \"part.toml\"\nreplace = { hook = { kind = \"dummy\", alias = \"loop\" } }\n",
+    );
+    place.write(
+        "b.urdf",
+        "<robot name=\"bench\"><link name=\"base\"/><link name=\"lid\"/><joint name=\"hinge\" type=\"fixed\">\
+         <parent link=\"base\"/><child link=\"lid\"/></joint></robot>",
+    );
+    place.write(
+        "part.toml",
+        "format = 1\n[[object]]\nkind = \"dummy\"\nalias = \"bar\"\n\
+         [[object]]\nkind = \"dummy\"\nalias = \"hook\"\nparent = \"bar\"\nposition_m = [1.0, 2.0, 3.0]\n",
+    );
+    let text = flat(&place, &[]);
+    assert!(!text.contains("\"lid\"") && !text.contains("\"hook\""), "{text}");
+    has(&text, "loop", &["parent = \"bar\"", "position_m = [1.0, 2.0, 3.0]"]);
+}
+
+/// Every error says where it is, what was expected and, if there is one, what was meant.
+#[test]
+fn wrong_changes_are_refused() {
+    for (wrong, words) in [
+        ("slots = { frnt = { model = \"claw\" } }", &["E110", "no slot `frnt`", "one of front, top", "`front`?"][..]),
+        ("slots = { front = { model = \"clw\" } }", &["E107", "no model `clw`", "did you mean `claw`?"]),
+        ("slots = { front = 3 }", &["E102", "`front`: expected a table or a list of tables"]),
+        ("slots = { front = { sensor = \"proximity\", parent = \"top\" } }", &["E101", "the model decides"]),
+        ("slots = { front = { model = \"bolt\" } }", &["E102", "takes `sensor-plate`", "mounted by `thread`"]),
+        ("slots = 3", &["E102", "`slots` is not a table"]),
+        ("remove = [\"amr\"]", &["E110", "no object `amr`", "did you mean `arm`?"]),
+        ("remove = [\"body\"]", &["E110", "`body` is not below the base"]),
+        ("remove = \"arm\"", &["E102", "expected a list of paths"]),
+        ("replace = { arm = [] }", &["E102", "one table"]),
+        ("replace = { amr = { model = \"claw\" } }", &["E110", "no object `amr`"]),
+    ] {
+        let place = place(&format!("[[model]]\nmodel = \"rover\"\n{wrong}\n"));
+        place.write("models/bolt/model.toml", &CLAW.replace("[\"sensor-plate\", \"flange\"]", "\"thread\""));
+        let done = place.tatu(&["check", "scene.toml"]);
+        done.refused(words);
+        assert!(done.err.contains("scene.toml:"), "{wrong}: {}", done.err);
+    }
+}

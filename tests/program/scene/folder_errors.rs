@@ -1,0 +1,67 @@
+//! Tests of errors in the text of a model: each points to its line in `model.toml`.
+
+use super::folder_models::{ROVER, place};
+
+/// Replaces a part of the rover's text; the error must be at a line of the new text.
+fn refused(old: &str, new: &str, words: &[&str]) {
+    let begin = ROVER.find(old).unwrap();
+    let first = 1 + ROVER[..begin].matches('\n').count();
+    told((old, new), first..=first + new.matches('\n').count(), words);
+}
+
+/// Takes out a line; the error must be at a line that is given, since what is missing has none.
+fn lacks(old: &str, at: &str, words: &[&str]) {
+    let line = 1 + ROVER[..ROVER.find(at).unwrap()].matches('\n').count();
+    told((old, ""), line..=line, words);
+}
+
+fn told((old, new): (&str, &str), mut lines: std::ops::RangeInclusive<usize>, words: &[&str]) {
+    let text = ROVER.replacen(old, new, 1);
+    assert_ne!(text, ROVER, "{old}");
+    let place = place("[[model]]\nmodel = \"rover\"\n");
+    place.write("models/rover/model.toml", &text);
+    let done = place.tatu(&["check", "scene.toml"]);
+    done.refused(words);
+    let here = lines.any(|line| done.err.contains(&format!("models/rover/model.toml:{line}:")));
+    assert!(here, "{old} > {new}: at another line\n{}", done.err);
+    // Who does not use it is not disturbed.
+    place.write("other.toml", "format = 1\n[[model]]\nmodel = \"claw\"\n");
+    place.tatu(&["check", "other.toml"]).good();
+}
+
+#[test]
+fn errors_in_expressions_are_at_their_line() {
+    let at = "\"=wheel_radius / 2\"";
+    refused(at, "\"=wheel_radus / 2\"", &["E111", "no parameter or number `wheel_radus`", "`wheel_radius`?"]);
+    refused(at, "\"=wheel_radius / 0\"", &["E111", "division by zero"]);
+    refused(at, "\"=wheel_radius + look\"", &["E111", "does not work between the number 0.1 and the text 'plain'"]);
+    refused(at, "\"=sqr(2)\"", &["E111", "no function `sqr`", "did you mean `sqrt`?"]);
+    refused(at, "\"=(1\"", &["E111", "expected `)`"]);
+    // What an expression yields is checked like what is written.
+    refused("\"=length / 4\"", "\"=look\"", &["E102", "`reach_m`", "found the text \"plain\"", "scene.toml:"]);
+    refused(
+        "size_m = [\"=length\"",
+        "siz_m = [\"=length\"",
+        &["E101", "unknown key `siz_m`", "did you mean `size_m`?"],
+    );
+    refused("if = \"=with_arm\"", "if = \"=length\"", &["E111", "`if`: expected true or false, found the number 0.4"]);
+    refused("repeat = \"=if(with_arm, 2, 3)\"", "repeat = 1.5", &["E111", "`repeat`: expected a whole number"]);
+}
+
+#[test]
+fn errors_in_declarations_are_at_their_line() {
+    refused("text = \"A robot on two wheels.\"", "txt = \"x\"", &["E111", "a model has no key `txt`", "`text`?"]);
+    refused("type = \"bool\"", "type = \"boole\"", &["E111", "no type `boole`", "did you mean `bool`?"]);
+    refused("default = 0.4", "default = 4.0", &["E111", "4 is not within 0.1 to 2"]);
+    lacks("default = 0.4\n", "type = \"float\"", &["E111", "`length` has no default"]);
+    refused("default = \"plain\"", "default = \"plane\"", &["E111", "expected one of plain, bright"]);
+    refused("range = [0.1, 2.0]", "range = [2.0, 0.1]", &["E111", "2 is greater than 0.1"]);
+    refused("numbers.paint]", "numbers.pi]", &["E111", "`pi` has a meaning in expressions"]);
+    refused("numbers.paint]", "numbers.length]", &["E111", "`length` is both a parameter and a number"]);
+    refused("params.look]", "params.alias]", &["E111", "`alias` is a key of every placed model"]);
+    lacks("source = \"estimate: a quarter of the length\"", "value = 0.1", &["E111", "`wheel_radius` has no `source`"]);
+    refused("base = \"body\"", "base = \"bodi\"", &["E111", "no object has the alias `bodi`", "did you mean `body`?"]);
+    let arm = "model = \"claw\"\nalias = \"arm\"\nreach_m = \"=length / 4\"";
+    refused(arm, "model = \"rover\"", &["E106", "contains itself"]);
+    refused("[[object]]\nkind = \"shape\"", "[[model]]\nmodel = \"claw\"", &["E111", "duplicate key", "[[object]]"]);
+}
