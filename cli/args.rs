@@ -42,6 +42,8 @@ pub enum Command {
     Diff(Diff),
     /// Create a folder to start with: a plugin, an add-on, a scene or a robot.
     New(crate::new::New),
+    /// Record which plugins and models a scene uses, with versions and hashes, or compare them with the record.
+    Lock(Lock),
     /// Build, run, test, check and install plugins.
     #[command(subcommand)]
     Plugin(PluginCommand),
@@ -197,6 +199,20 @@ pub struct Convert {
     pub scene: PathBuf,
     /// The scene file to write; its name must end with `.toml`.
     pub output: PathBuf,
+    #[command(flatten)]
+    pub changes: Changes,
+    /// Seconds of real time after which a plugin call that has not returned ends the program; 0: never.
+    #[arg(long, value_name = "S", default_value_t = 60.0, value_parser = seconds)]
+    pub watchdog: f64,
+}
+
+#[derive(clap::Args)]
+pub struct Lock {
+    /// The scene file; the record is the file of this name that ends with `.lock`.
+    pub scene: PathBuf,
+    /// Compare with the record instead of writing it; exit code 1 if anything differs.
+    #[arg(long)]
+    pub check: bool,
     #[command(flatten)]
     pub changes: Changes,
     /// Seconds of real time after which a plugin call that has not returned ends the program; 0: never.

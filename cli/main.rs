@@ -35,6 +35,10 @@ fn main() -> ExitCode {
         args::Command::Describe(describe) => commands::describe::describe(&describe),
         args::Command::List(list) => commands::list::list(&list),
         args::Command::Look(look) => commands::look::look(&look),
+        args::Command::Lock(lock) => commands::lock::lock(&lock).unwrap_or_else(|e| {
+            report::error(&e);
+            std::process::ExitCode::from(2)
+        }),
         args::Command::Diff(diff) => commands::diff::diff(&diff),
         args::Command::New(new) => new::new(&new),
         args::Command::Plugin(plugin) => plugin.run(),

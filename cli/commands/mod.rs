@@ -5,6 +5,7 @@ pub mod convert;
 pub mod describe;
 pub mod diff;
 pub mod list;
+pub mod lock;
 pub mod look;
 pub mod run;
 pub mod serve;

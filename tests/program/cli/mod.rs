@@ -6,6 +6,7 @@ mod describe;
 #[cfg(unix)]
 mod interactive;
 pub mod keys;
+mod lock;
 mod look;
 mod outputs;
 mod written;

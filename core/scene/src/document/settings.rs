@@ -186,6 +186,7 @@ pub(super) fn keys() -> Vec<(Declared, ())> {
         Declared { highest: 1e6, ..of("gravity", TATU_F64S, Some("m/s^2"), -1e6, 3) },
         of("seed", TATU_I64, None, 0.0, 0),
         of("plugins", TATU_LIST, None, any, 0),
+        of("needs", TATU_LIST, None, any, 0),
         of("script_budget", TATU_I64, None, 1.0, 0),
         Declared { highest: FRAC_PI_2, ..of("origin.lat", TATU_F64, Some("rad"), -FRAC_PI_2, 0) },
         Declared { highest: PI, ..of("origin.lon", TATU_F64, Some("rad"), -PI, 0) },

@@ -6,7 +6,7 @@
 //!   call during which call; `living`: the worlds of each thread;
 //! - `clock`, `phase`: time, steps, and the phases of a run; `pool`: the thread pool;
 //! - `calls`: the call stack, with `arena`, `call_errors` and `results_room`; `waits`: commands that wait and resume;
-//!   `wakes`: results of plugins' threads;
+//!   `wakes`, `arrivals`: results of plugins' threads;
 //! - `scripts`: the scripts, with `script_kinds` and `script_order`; `script_counts`: counts of what each did;
 //! - `worker_view`, `script_worker`: a thread's view of the world while it runs scripts in parallel;
 //! - `folders`: the folders in which scripts open files;
@@ -17,6 +17,7 @@
 //! - `swap`: values that a reload replaces; `stand_ins`, `stand_in_use`: objects created because scripts ask for them.
 
 mod arena;
+pub(crate) mod arrivals;
 mod border;
 pub(crate) mod call_errors;
 mod calls;
@@ -54,7 +55,7 @@ mod stores;
 mod swap;
 mod waits;
 mod wake;
-pub(crate) mod wakes;
+mod wakes;
 mod worker_view;
 mod world;
 

@@ -17,7 +17,7 @@ use tatu_plugins::border::ErrorSlot;
 use super::log;
 use crate::{
     calls::{call_command, kept},
-    cell::{Caller, Owner, Phase, SessionCell, Wait, WorldCell, wakes},
+    cell::{Caller, Owner, Phase, SessionCell, Wait, WorldCell, arrivals},
     scripts::Room,
     step,
 };
@@ -38,7 +38,7 @@ pub(crate) fn before_step(world: &WorldCell) -> bool {
         return false;
     }
     world.run.calls.caller.set(Caller::HOST);
-    wakes::take_in(world);
+    arrivals::take_in(world);
     resume_waits(world);
     // Services have no turns in the passes after a stop has been requested.
     if !world.stop_requested() {

@@ -3,11 +3,11 @@
 use tatu_plugin_api::{abi::*, safe::Value};
 
 use super::barrier::barrier;
-use crate::cell::{Callback, Phase, Scripts, WorldCell, wakes};
+use crate::cell::{Callback, Phase, Scripts, WorldCell, arrivals};
 
 /// Runs a pass while the simulation is stopped.
 pub(crate) fn idle(world: &WorldCell) {
-    wakes::take_in(world);
+    arrivals::take_in(world);
     barrier(world);
     Scripts::idle(world);
     Scripts::run_addons(world);
@@ -25,7 +25,7 @@ pub(super) fn suspend(world: &WorldCell) {
 
 /// Runs a pass while the simulation is paused. A script that requests a start ends the pause with this pass.
 pub(crate) fn paused(world: &WorldCell) {
-    wakes::take_in(world);
+    arrivals::take_in(world);
     barrier(world);
     Scripts::pause(world, Callback::Suspended);
     Scripts::run_addons(world);

@@ -14,6 +14,7 @@ mod changes;
 mod meshes;
 mod models;
 mod naming;
+mod needs;
 mod object;
 mod parts;
 mod scene;
@@ -248,6 +249,7 @@ impl<'a> Reader<'a> {
             }
         }
         if let Some(scene) = self.table(root, "scene")? {
+            self.needs(scene)?;
             self.scene(scene, &mut b.document.settings, top)?;
             if let Some(item) = scene.get("data") {
                 let at = |e: Error| e.at(Some(self.text.value(scene, "data")));

@@ -1,0 +1,79 @@
+//! Results of plugins' threads enter the world at the barrier, and the input log records them, so that a replay needs no
+//! thread.
+
+use super::{Due, WorldCell, input_log::Input, inputs::record_of};
+
+/// The kind of these records in the input log.
+const KIND: &str = "wake";
+
+impl WorldCell {
+    /// Returns whether a wait has ended.
+    pub fn is_over(&self, due: &Due) -> bool {
+        match due {
+            Due::Step(s) => self.state.clock.pass.get() >= *s,
+            Due::Time(t) => self.state.clock.time.get() >= *t - 1e-9,
+            Due::Signal(name) => self.state.signals.borrow().keys().any(|(_, n)| n == name),
+            Due::Poll => true,
+            Due::Wake(number) => self.run.calls.wakes.has_arrived(*number),
+        }
+    }
+}
+
+/// Takes in the results that have arrived since the last barrier, or those that arrived at this barrier of a replayed
+/// run.
+pub(crate) fn take_in(world: &WorldCell) {
+    let wakes = &world.run.calls.wakes;
+    let is_replay = world.run.outside.replay.borrow().is_some();
+    let mut found = Vec::new();
+    if is_replay {
+        let step = world.state.clock.step.get();
+        while let Some(text) = replayed(world, step) {
+            found.extend(parse(&text));
+        }
+    } else {
+        found = wakes.take();
+    }
+    for (number, result) in found {
+        let waits = world.run.calls.waits.borrow().all().iter().any(|w| w.due == Due::Wake(number));
+        if !waits && !is_replay {
+            // The script that waited has ended.
+            continue;
+        }
+        record_of(world, String::new(), Input::Observed { kind: KIND.into(), text: text(number, &result) });
+        wakes.arrive(number, result);
+    }
+}
+
+fn replayed(world: &WorldCell, step: u64) -> Option<String> {
+    world.run.outside.replay.borrow_mut().as_mut()?.observed_now(step, KIND)
+}
+
+fn text(number: u64, result: &[u8]) -> String {
+    use std::fmt::Write;
+    result.iter().fold(format!("{number} "), |mut text, byte| {
+        let _ = write!(text, "{byte:02x}");
+        text
+    })
+}
+
+fn parse(text: &str) -> Option<(u64, Vec<u8>)> {
+    let (number, hex) = text.split_once(' ')?;
+    let digits =
+        hex.as_bytes().chunks_exact(2).map(|pair| u8::from_str_radix(std::str::from_utf8(pair).ok()?, 16).ok());
+    Some((number.parse().ok()?, digits.collect::<Option<_>>()?))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_result_comes_back_from_its_text() {
+        for result in [&b""[..], b"\x00\xff done"] {
+            assert_eq!(parse(&text(3, result)), Some((3, result.to_vec())));
+        }
+        assert_eq!(parse("3"), None);
+        assert_eq!(parse("x 00"), None);
+        assert_eq!(parse("3 zz"), None);
+    }
+}

@@ -1,0 +1,47 @@
+//! `tatu lock`, and `needs` of a scene.
+
+use crate::kit::*;
+
+const MODEL: &str = "format = 1\n[model]\ntext = \"A box.\"\n[[object]]\nkind = \"shape\"\nalias = \"box\"\n";
+
+#[test]
+fn a_lock_tells_what_has_changed() {
+    let place = Place::scene(&format!("[[model]]\nmodel = \"crate\"\n{}", watcher("d", "")));
+    std::fs::create_dir_all(place.path().join("models/crate")).unwrap();
+    place.write("models/crate/model.toml", MODEL);
+    place.tatu(&["lock", "scene.toml", "--check"]).refused(&["E105", "scene.lock", "tatu lock scene.toml"]);
+    let done = place.tatu(&["lock", "scene.toml"]).good();
+    assert!(done.out.contains("scene.lock: ") && done.out.contains(", 1 models, 1 other files"), "{}", done.out);
+    let lock = place.read("scene.lock");
+    for part in
+        ["id = \"tatu.models.folder\"", "file = \"models/crate/model.toml\"", "file = \"scene.toml\"", "sha256 = "]
+    {
+        assert!(lock.contains(part), "{part}: {lock}");
+    }
+    assert_eq!(place.tatu(&["lock", "scene.toml", "--check"]).good().out, "scene.toml: all as locked\n");
+    // What changes is named; what a plugin's file holds counts, too.
+    place.write("models/crate/model.toml", &MODEL.replace("A box.", "A crate."));
+    let folder = lock.split("[[plugin]]").find(|p| p.contains("tatu.models.folder")).unwrap();
+    place.write("scene.lock", &lock.replace(folder, &folder.replace("version = \"", "version = \"9")));
+    let done = place.tatu(&["lock", "scene.toml", "--check"]);
+    assert_eq!(done.code, 1, "{}", done.err);
+    for line in
+        ["model models/crate/model.toml: its contents have changed", "plugin tatu.models.folder: 9", "2 differences"]
+    {
+        assert!(done.out.contains(line), "{line}: {}", done.out);
+    }
+    place.write("scene.lock", "plugin = 1\n");
+    place.tatu(&["lock", "scene.toml", "--check"]).refused(&["E100", "scene.lock", "`plugin` is no list of tables"]);
+}
+
+#[test]
+fn a_scene_tells_which_plugin_it_needs() {
+    let scene = |needs: &str| Place::scene(&format!("needs = {needs}\n{}", watcher("d", ""))).run(&["--steps", "1"]);
+    scene("[\"tatu.sensor.gps\", \"tatu.sensor.imu >= 0.1\", \"tatu.sensor.imu = 0.1\"]").good();
+    scene("[\"org.author.imu >= 1.2\"]").refused(&["E104", "`org.author.imu`, which is not loaded", "scene.toml:"]);
+    scene("[\"tatu.sensor.imo\"]").refused(&["E104", "did you mean `tatu.sensor.imu`?"]);
+    scene("[\"tatu.sensor.imu >= 7.2\"]").refused(&["E104", "needs `tatu.sensor.imu >= 7.2`", "version 0.1.0 of it"]);
+    scene("[\"tatu.sensor.imu >= new\"]").refused(&["E102", "`tatu.sensor.imu >= new` is not a need"]);
+    scene("\"tatu.sensor.imu\"").refused(&["E102", "not a list of plugins"]);
+    scene("[3]").refused(&["E102", "not a list of plugins"]);
+}
