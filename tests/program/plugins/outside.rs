@@ -87,7 +87,7 @@ fn exceptions_stay_inside() {
 fn a_sensor_in_rust_with_a_schema_and_a_live_parameter() {
     let place = in_rust("compass");
     works(&place, "scene.toml", &["--steps", "20"]);
-    let told = run(program(), place.path(), &["describe", "compass", "--json"], &[("TATU_PLUGIN_PATH", ".")]);
+    let told = run(program(), place.path(), &["describe", "needle", "--json"], &[("TATU_PLUGIN_PATH", ".")]);
     let told = told.good().json();
     let (heading, [offset, dead]) = (&told["fields"][1], [0, 1].map(|i| &told["parameters"][i]));
     assert_eq!((heading["valid"].as_str(), heading["nothing"].as_str()), (Some("compass.valid"), Some("0")));
