@@ -165,3 +165,29 @@ fn an_empty_battery_gives_nothing() {
         assert_eq!((voltage > 0.0, current > 0.0, charge > 0.0), (lasts, lasts, lasts), "{} s", line.time());
     }
 }
+
+#[test]
+fn a_battery_keeps_its_charge_when_its_load_changes_and_can_be_recharged() {
+    let script = "function sysCall_init() battery, n = sim.getObject('/lamp/battery'), 0 end
+        function sysCall_sensing()
+            n = n + 1
+            if n == 10 then tatu.set(battery, 'battery.idle_current', 1) end
+            if n == 20 then tatu.set(battery, 'battery.charge', 0.75) end
+        end";
+    let keys = "capacity_ah = 0.01\nidle_current_a = 3.0";
+    let scene = format!(
+        "{}{}{}",
+        cuboid("lamp", [0.1; 3], [0.0; 3], ""),
+        sensor("battery", "/lamp", keys),
+        watcher("w", script)
+    );
+    let lines = Place::scene(&scene).trace(&["/lamp/battery"], &["--steps", "25"]);
+    let charge = |step: usize| lines[step - 1].sensor("/lamp/battery", "battery.charge");
+    // 50 ms of 3 A out of 36 C, then of 1 A; the current of a physics step flows from its middle to the next one's.
+    let of_current = |current: f64| current * 0.05 / 36.0;
+    assert!((charge(10) - charge(9) + of_current(3.0)).abs() < 1e-12);
+    let change = charge(11) - charge(10);
+    assert!(change < -of_current(1.0) && change > -of_current(3.0), "{change}");
+    assert!((charge(12) - charge(11) + of_current(1.0)).abs() < 1e-12);
+    assert!((charge(21) - 0.75).abs() < 2.0 * of_current(1.0), "{}", charge(21));
+}

@@ -3,7 +3,7 @@
 use tatu_plugin_api::{
     abi::{TATU_IN_JOINT, TATU_KIND_JOINT, tatu_object},
     fields,
-    safe::{Beams, Fail, Field, Instance, Param, Params, Preset, Readout, Result, Sample, Sensor, SharedWorld},
+    safe::{Beams, Change, Fail, Field, Instance, Param, Params, Preset, Readout, Result, Sample, Sensor, SharedWorld},
 };
 
 use crate::{
@@ -19,11 +19,17 @@ pub struct Batteries;
 pub struct Battery {
     /// The joint that it drives; 0: the nearest above.
     joint: tatu_object,
-    /// Number of such joints.
-    motors: f64,
-    cells: Cells,
     /// Charge at the start, 0 to 1.
     charge: f64,
+    circuit: Circuit,
+}
+
+/// What a change of live parameters sets.
+#[derive(Debug, Clone, PartialEq)]
+struct Circuit {
+    cells: Cells,
+    /// Number of motors like the one at the joint.
+    motors: f64,
     /// Current of everything but motors, A.
     idle: f64,
     /// Mechanical power per electrical power of a motor.
@@ -41,6 +47,28 @@ fields! {
 /// What is kept between measurements: whether there was one, its time (s), its current (A), and the charge.
 const STATE: usize = 4;
 
+impl Circuit {
+    fn new(params: &Params<'_>) -> Result<Self> {
+        let voltages = params.get("voltages")?.numbers().unwrap_or_default();
+        if voltages.is_empty() || !voltages.iter().all(|v| v.is_finite() && *v >= 0.0) {
+            return Err(Fail::argument(format!(
+                "`voltages`: expected at least one number, none below 0, found {voltages:?} V"
+            )));
+        }
+        const SECONDS_PER_HOUR: f64 = 3600.0;
+        Ok(Circuit {
+            cells: Cells {
+                capacity: params.f64("capacity_ah")? * SECONDS_PER_HOUR,
+                voltages,
+                resistance: params.f64("resistance_ohm")?,
+            },
+            motors: params.i64("motors")? as f64,
+            idle: params.f64("idle_current")?,
+            efficiency: params.f64("efficiency")?,
+        })
+    }
+}
+
 impl Battery {
     /// Processes the joint's velocity and effort at a time, s; returns what it delivers, and its charge.
     fn drain(&self, state: &mut [f64], (time, velocity, effort): (f64, f64, f64)) -> (Output, f64) {
@@ -50,10 +78,10 @@ impl Battery {
         if *there == 0.0 {
             (*there, *charge) = (1.0, self.charge);
         } else {
-            *charge = self.cells.drained(*charge, *current, time - *last_time);
+            *charge = self.circuit.cells.drained(*charge, *current, time - *last_time);
         }
-        let power = self.motors * (effort * velocity).abs() / self.efficiency;
-        let output = self.cells.deliver(*charge, self.idle, power);
+        let Circuit { cells, motors, idle, efficiency } = &self.circuit;
+        let output = cells.deliver(*charge, *idle, motors * (effort * velocity).abs() / efficiency);
         (*last_time, *current) = (time, output.current);
         (output, *charge)
     }
@@ -80,26 +108,22 @@ impl Sensor for Battery {
             Param::int("motors")
                 .range(0.0, 1e6)
                 .default(1_i64)
-                .text("Number of motors that it feeds; each is taken to draw what the one at the joint draws.")
-                .rebuilds(),
-            Param::float("capacity_ah").range(1e-9, 1e9).default(2.0).text("Charge when full, A h.").rebuilds(),
+                .text("Number of motors that it feeds; each is taken to draw what the one at the joint draws."),
+            Param::float("capacity_ah").range(1e-9, 1e9).default(2.0).text("Charge when full, A h."),
             Param::floats("voltages", 0)
                 .unit("V")
                 .default(vec![9.0, 11.1, 12.6])
-                .text("Voltage without load at equal distances of charge, from empty to full.")
-                .rebuilds(),
-            Param::float("resistance_ohm").range(0.0, 1e9).default(0.1).text("Internal resistance, Ohm.").rebuilds(),
+                .text("Voltage without load at equal distances of charge, from empty to full."),
+            Param::float("resistance_ohm").range(0.0, 1e9).default(0.1).text("Internal resistance, Ohm."),
             Param::float("idle_current")
                 .unit("A")
                 .range(0.0, 1e6)
                 .default(0.0)
-                .text("Current of everything but the motors.")
-                .rebuilds(),
+                .text("Current of everything but the motors."),
             Param::float("efficiency")
                 .range(1e-3, 1.0)
                 .default(0.7)
-                .text("Mechanical power of a motor per electrical power.")
-                .rebuilds(),
+                .text("Mechanical power of a motor per electrical power."),
             Param::float("charge").range(0.0, 1.0).default(1.0).text("Charge at the start.").rebuilds(),
         ]
     }
@@ -114,25 +138,12 @@ impl Sensor for Battery {
         if joint != 0 && world.look(joint)?.kind != TATU_KIND_JOINT {
             return Err(Fail::argument(format!("`joint`: `{path}` is not a joint")));
         }
-        let voltages = params.get("voltages")?.numbers().unwrap_or_default();
-        if voltages.is_empty() || !voltages.iter().all(|v| v.is_finite() && *v >= 0.0) {
-            return Err(Fail::argument(format!(
-                "`voltages`: expected at least one number, none below 0, found {voltages:?} V"
-            )));
-        }
-        const SECONDS_PER_HOUR: f64 = 3600.0;
-        Ok(Battery {
-            joint,
-            motors: params.i64("motors")? as f64,
-            cells: Cells {
-                capacity: params.f64("capacity_ah")? * SECONDS_PER_HOUR,
-                voltages,
-                resistance: params.f64("resistance_ohm")?,
-            },
-            charge: params.f64("charge")?,
-            idle: params.f64("idle_current")?,
-            efficiency: params.f64("efficiency")?,
-        })
+        Ok(Battery { joint, charge: params.f64("charge")?, circuit: Circuit::new(params)? })
+    }
+
+    fn configure(&mut self, params: &Params<'_>, _: u64) -> Result<Change> {
+        self.circuit = Circuit::new(params)?;
+        Ok(Change::Taken)
     }
 
     fn beams(&self) -> Result<Beams> {
@@ -158,7 +169,8 @@ mod tests {
     #[test]
     fn a_motor_drains_the_charge_by_its_power() {
         let cells = Cells { capacity: 100.0, voltages: vec![10.0], resistance: 0.0 };
-        let it = Battery { joint: 0, motors: 2.0, cells, charge: 0.5, idle: 1.0, efficiency: 0.5 };
+        let circuit = Circuit { cells, motors: 2.0, idle: 1.0, efficiency: 0.5 };
+        let it = Battery { joint: 0, charge: 0.5, circuit };
         let mut state = [0.0; STATE];
         // Two motors of 5 W behind an efficiency of a half take 20 W: 2 A, and 1 A beside them.
         let (output, charge) = it.drain(&mut state, (3.0, -5.0, 1.0));
