@@ -35,7 +35,7 @@ fields! {
 }
 
 /// Dip and strength of the field of a dipole along the Earth's axis at 48 degrees of latitude: tan dip = 2 tan latitude,
-/// strength 31.2 uT sqrt(1 + 3 sin^2 latitude).
+/// strength 31.2 uT sqrt(1 + 3 sin^2 latitude) (Wikipedia, "Dipole model of Earth's magnetic field").
 const DIP: f64 = 1.147_774;
 const STRENGTH: f64 = 5.085e-5;
 

@@ -15,8 +15,8 @@ pub struct Spots {
     pub view: f64,
 }
 
-/// Fraction of a turn between one ray and the next, so that any number of them is spread evenly over a disc: Vogel, "A
-/// better way to construct the sunflower head", 1979.
+/// Fraction of a turn between one ray and the next, the golden section, so that any number of them is spread evenly over a
+/// disc.
 const GOLDEN: f64 = 0.381_966_011_250_105_1;
 
 impl Spots {
