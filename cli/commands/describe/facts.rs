@@ -222,8 +222,15 @@ fn fields(kind: &SensorKind) -> Vec<Json> {
 }
 
 fn field(name: &str, elem: u32, shape: &[u32], unit: Option<&str>, text: &str, nothing: Option<&str>) -> Json {
-    // 0 means that the sensor determines the dimension.
-    let shape: Vec<Json> = shape.iter().map(|n| if *n == 0 { json!("beams") } else { json!(n) }).collect();
+    // Dimensions that the sensor determines have names.
+    let dimension = |n: &u32| match *n {
+        0 => json!("beams"),
+        TATU_DIM_ROWS => json!("rows"),
+        TATU_DIM_COLUMNS => json!("columns"),
+        TATU_DIM_OWN..TATU_DIM_COLUMNS => json!("own"),
+        n => json!(n),
+    };
+    let shape: Vec<Json> = shape.iter().map(dimension).collect();
     json!({
         "name": name, "element": schemas::elem_name(elem), "shape": shape, "unit": unit, "text": text,
         "nothing": nothing,

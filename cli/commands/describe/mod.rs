@@ -179,7 +179,10 @@ fn section(title: &str, rows: &Value, columns: &[&str]) {
         (_, Value::Null) => String::new(),
         (_, Value::String(s)) => s.clone(),
         (_, Value::Number(n)) => n.as_f64().map_or(n.to_string(), short),
-        (_, Value::Array(a)) if column == "shape" => a.iter().map(Value::to_string).collect::<Vec<_>>().join(" x "),
+        (_, Value::Array(a)) if column == "shape" => {
+            let word = |v: &Value| v.as_str().map_or_else(|| v.to_string(), str::to_owned);
+            a.iter().map(word).collect::<Vec<_>>().join(" x ")
+        }
         (_, other) => other.to_string(),
     };
     let shown: Vec<Value> = rows

@@ -21,7 +21,7 @@ function sysCall_init()
     compass = sim.getObject('/needle/compass')
     second = sim.getObject('/second')
     n = 0
-    near(tatu.get(compass, 'compass.offset'), 0.1, 'offset of the scene')
+    near(tatu.get(compass, 'needle.offset'), 0.1, 'offset of the scene')
     assert(tatu.read(compass).sequence == 0)
 end
 
@@ -30,10 +30,10 @@ function sysCall_actuation()
     local step = steps[n]
     if step then
         tatu.set(needle, 'object.orientation', step[1])
-        if tatu.get(compass, 'compass.offset') ~= step[2] then
-            tatu.set(compass, 'compass.offset', step[2])
+        if tatu.get(compass, 'needle.offset') ~= step[2] then
+            tatu.set(compass, 'needle.offset', step[2])
         end
-        near(tatu.get(compass, 'compass.offset'), step[2], 'offset')
+        near(tatu.get(compass, 'needle.offset'), step[2], 'offset')
     end
 end
 
@@ -51,8 +51,8 @@ function sysCall_sensing()
     end
     near(tatu.read(second).heading, math.pi / 2 + 0.0716, 'the preset')
     if n == 1 then
-        assert(not pcall(tatu.set, compass, 'compass.offset', 4), 'out of range')
-        near(tatu.get(compass, 'compass.offset'), 0.1, 'offset after a refusal')
+        assert(not pcall(tatu.set, compass, 'needle.offset', 4), 'out of range')
+        near(tatu.get(compass, 'needle.offset'), 0.1, 'offset after a refusal')
     end
 end
 

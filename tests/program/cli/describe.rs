@@ -41,6 +41,16 @@ fn parameters_have_all_that_is_declared() {
         (&point["element"], &point["shape"], &point["unit"]),
         (&"f64".into(), &serde_json::json!([3]), &"m".into())
     );
+    // Dimensions that a sensor determines have names.
+    let shape = |kind: &str, field: &str| {
+        let all = describe(kind)["fields"].as_array().unwrap().clone();
+        all.iter().find(|f| f["name"] == field).unwrap()["shape"].clone()
+    };
+    assert_eq!(shape("range_scan/1", "range_scan.distance"), serde_json::json!(["beams"]));
+    assert_eq!(shape("depth_camera", "color_image.rgb"), serde_json::json!(["rows", "columns", "own"]));
+    assert_eq!(shape("floor", "reflectance.value"), serde_json::json!(["own"]));
+    let told = Place::new().tatu(&["describe", "floor"]).good().out;
+    assert!(told.lines().any(|l| l.split_whitespace().take(3).eq(["reflectance.value", "f64", "own"])), "{told}");
     // Its schema, the sensors that use it, and the meaning of "nothing".
     let schema = describe("proximity/1");
     assert_eq!(schema["sensors"], serde_json::json!(["proximity"]));

@@ -122,6 +122,36 @@ fn who_may_look_cannot_act() {
     assert!(next(&mut eye, "details")["rows"].as_array().unwrap().len() > 10);
 }
 
+#[test]
+fn short_readings_of_any_sensor_are_listed_with_its_properties() {
+    let sensor = |kind: &str, keys: &str| {
+        format!("[[object]]\nkind = \"sensor\"\nalias = \"{kind}\"\nsensor = \"{kind}\"\n{keys}\n")
+    };
+    let battery = sensor("battery", "idle_current_a = 1.5");
+    let spots = sensor("floor", "count = 17");
+    let place =
+        Place::scene(&format!("{battery}{}{spots}", sensor("compass", "strength_t = 0.5\ninclination_deg = 0.0")));
+    let served = Served::new(place.path(), &["open", "scene.toml", "--no-browser"]);
+    let mut socket = served.socket();
+    let objects = next(&mut socket, "scene")["scene"]["objects"].clone();
+    let handle = |alias: &str| objects.as_array().unwrap().iter().find(|o| o["alias"] == alias).unwrap()["id"].clone();
+    let (battery, compass, spots) = (handle("battery"), handle("compass"), handle("floor"));
+    for what in ["start", "pause"] {
+        socket.send(Message::text(json!({ "do": what }).to_string())).unwrap();
+    }
+    let mut listed = |id: &Value, key: &str| {
+        socket.send(Message::text(json!({ "details": id }).to_string())).unwrap();
+        let rows = next(&mut socket, "details")["rows"].clone();
+        rows.as_array().unwrap().iter().find(|r| r["key"] == key).map(|r| r["value"].clone())
+    };
+    wait_for("a reading", Duration::from_secs(20), || {
+        (listed(&battery, "battery.current") == Some(json!([1.5]))).then_some(())
+    });
+    let field = listed(&compass, "magnetic_field.field").unwrap();
+    assert!((field[1].as_f64().unwrap() - 0.5).abs() < 1e-9, "{field}");
+    assert_eq!(listed(&spots, "reflectance.value"), None, "17 numbers are too many");
+}
+
 /// Viewers that flood the server with requests do not delay clients with control rights, and get no more than their
 /// share.
 #[test]

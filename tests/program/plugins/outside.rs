@@ -56,6 +56,25 @@ fn a_sensor_with_a_schema_and_a_preset() {
 }
 
 #[test]
+fn a_sensor_that_feels() {
+    works(&built("shock"), "scene.toml", &["--steps", "60"]);
+    works(&in_rust("knock"), "scene.toml", &["--steps", "60"]);
+    // The count is in the state block, so a snapshot has it.
+    let place = built("shock");
+    let env = [("TATU_PLUGIN_PATH", ".")];
+    let end = |more: &[&str]| {
+        let args =
+            [&["run", "scene.toml", "--steps", "60", "--trace", "t.jsonl", "--watch", "/box/feeler"], more].concat();
+        let done = run(program(), place.path(), &args, &env).good();
+        assert!(!done.err.contains("replay"), "{}", done.err);
+        place.lines("t.jsonl").pop().unwrap().sensor("/box/feeler", "shock.count")
+    };
+    let whole = end(&["--snapshot-at", "1", "half"]);
+    assert!(whole >= 1.0);
+    assert_eq!(end(&["--from", "half"]), whole);
+}
+
+#[test]
 fn a_robot_with_a_drive() {
     works(&built("cart"), "scene.toml", &["--steps", "120"]);
 }
@@ -87,7 +106,7 @@ fn exceptions_stay_inside() {
 fn a_sensor_in_rust_with_a_schema_and_a_live_parameter() {
     let place = in_rust("compass");
     works(&place, "scene.toml", &["--steps", "20"]);
-    let told = run(program(), place.path(), &["describe", "compass", "--json"], &[("TATU_PLUGIN_PATH", ".")]);
+    let told = run(program(), place.path(), &["describe", "needle", "--json"], &[("TATU_PLUGIN_PATH", ".")]);
     let told = told.good().json();
     let (heading, [offset, dead]) = (&told["fields"][1], [0, 1].map(|i| &told["parameters"][i]));
     assert_eq!((heading["valid"].as_str(), heading["nothing"].as_str()), (Some("compass.valid"), Some("0")));

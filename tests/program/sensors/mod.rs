@@ -1,8 +1,12 @@
 //! Tests of sensors against closed-form geometry, of their noise, and that reading them has no side effects.
 
 mod depth_camera;
+mod felt_state;
+mod floor;
 mod gps;
 mod laser;
+mod load;
+mod motion;
 mod noise;
 mod pioneer_sonar;
 mod proximity;

@@ -3,7 +3,7 @@
 //! - `plugin`: the plugin, and its interned property keys; `types`: message definitions; `convert`: messages as JSON,
 //!   CBOR and values;
 //! - `robots`: robots and sensors of a scene, and wheel odometry; `poses`: coordinate frames;
-//! - `topics`: topics that the scene provides; `messages`: their content;
+//! - `topics`: topics that the scene provides; `messages`: their content; `felt`: that of sensors of motion and force;
 //! - `protocol`: requests of clients; `peers`: subscriptions of each client; `relay`: services and actions that clients
 //!   offer;
 //! - `acts`: executes requests of clients; `rosapi`: introspection; `service`: the barrier;
@@ -17,6 +17,7 @@ mod acts;
 mod between;
 mod bytes;
 mod convert;
+mod felt;
 mod goals;
 mod goals_of_clients;
 mod goals_of_scripts;

@@ -8,7 +8,7 @@ use tatu_plugin_api::{
 use crate::{
     Props,
     poses::{AHEAD, HERE, OPTICAL, Pose, pose, seen_from, then, transform, vector},
-    robots::{Robot, Scene, Sensor},
+    robots::{Axes, Robot, Scene, Sensor},
     topics::What,
 };
 
@@ -54,6 +54,7 @@ impl Source<'_> {
             What::Fix(i) => of(i, p.latitude),
             What::Image(i) => of(i, p.rgb),
             What::Depth(i) | What::Optics(i) => of(i, p.depth),
+            What::Felt(i, felt) => of(i, felt.field(p)),
             What::Points(i) => of(i, p.depth).filter(|n| *n > 0).or_else(|| of(i, p.scan_distance)),
             _ => None,
         }
@@ -75,6 +76,9 @@ impl Source<'_> {
             What::Depth(i) => self.sensor(i, |s| self.depth(s))?,
             What::Optics(i) => self.sensor(i, |s| self.optics(s))?,
             What::Points(i) => self.sensor(i, |s| self.points(s))?,
+            What::Felt(i, felt) => {
+                self.sensor(i, |s| felt.message(self.turn, self.p, s.id, |time| self.header(&s.frame, time)))?
+            }
         })
     }
 
@@ -117,7 +121,11 @@ impl Source<'_> {
             }
         }
         for sensor in &self.scene.sensors {
-            let turn = if sensor.optical { &OPTICAL } else { &AHEAD };
+            let turn = match sensor.axes {
+                Axes::Optical => &OPTICAL,
+                Axes::Ahead => &AHEAD,
+                Axes::Own => &HERE,
+            };
             let (parent, above) = match sensor.robot.and_then(|r| self.scene.robots.get(r)) {
                 Some(robot) => (format!("{}base_link", robot.prefix), robot.base),
                 None => ("map".to_owned(), 0),
@@ -268,7 +276,7 @@ impl Source<'_> {
 
     /// Returns the points of a depth camera, in its optical frame and row by row, or of a scanner.
     fn points(&self, s: &Sensor) -> Result<Value> {
-        if !s.optical {
+        if s.axes != Axes::Optical {
             return self.layers(s);
         }
         let depth = self.turn.reading(s.id, self.p.depth)?;

@@ -40,6 +40,16 @@ props! {
     depth: "depth_image.depth",
     intrinsics: "depth_image.intrinsics",
     parallel: "depth_image.parallel",
+    acceleration: "imu.acceleration",
+    angular_velocity: "imu.angular_velocity",
+    orientation: "imu.orientation",
+    magnetic_field: "magnetic_field.field",
+    force: "wrench.force",
+    torque: "wrench.torque",
+    voltage: "battery.voltage",
+    current: "battery.current",
+    charge: "battery.charge",
+    pressure: "pressure.pressure",
 }
 
 /// A call of one of this plugin's commands.

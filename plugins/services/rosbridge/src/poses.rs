@@ -44,7 +44,8 @@ pub fn vector([x, y, z]: [f64; 3]) -> Value {
     keys([("x", Value::Float(x)), ("y", Value::Float(y)), ("z", Value::Float(z))])
 }
 
-fn quaternion(pose: &Pose) -> Value {
+/// Returns a `geometry_msgs/Quaternion`.
+pub fn quaternion(pose: &Pose) -> Value {
     let [x, y, z, w] = [pose[3], pose[4], pose[5], pose[6]].map(Value::Float);
     keys([("x", x), ("y", y), ("z", z), ("w", w)])
 }

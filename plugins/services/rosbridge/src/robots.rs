@@ -10,6 +10,7 @@ use tatu_robots_drivetrain::{Drivetrain, Stand};
 
 use crate::{
     Props,
+    felt::Felt,
     poses::{Pose, planar},
 };
 
@@ -78,8 +79,19 @@ pub struct Sensor {
     pub frame: String,
     /// Index of the sensor's robot.
     pub robot: Option<usize>,
-    /// Whether the sensor's frame is that of a camera, with z ahead; otherwise the frame is rotated so that x is ahead.
-    pub optical: bool,
+    /// The axes of the sensor's frame.
+    pub axes: Axes,
+}
+
+/// How the frame that is published for a sensor lies in the sensor's own, in which +z is ahead and +y up.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Axes {
+    /// x is ahead, z up.
+    Ahead,
+    /// As of a camera: z is ahead, y down.
+    Optical,
+    /// The same: of sensors that look nowhere.
+    Own,
 }
 
 /// The robots and sensors of a scene.
@@ -140,10 +152,16 @@ impl Scene {
                 has[r] = true;
             }
             if kind == TATU_KIND_SENSOR {
-                let optical = turn.reading(id, p.depth).is_ok();
+                let axes = if turn.reading(id, p.depth).is_ok() {
+                    Axes::Optical
+                } else if Felt::ALL.iter().any(|f| turn.reading(id, f.field(p)).is_ok()) {
+                    Axes::Own
+                } else {
+                    Axes::Ahead
+                };
                 let name = of(id, p.alias)?;
                 *named.entry((robot, name.clone())).or_default() += 1;
-                scene.sensors.push(Sensor { id, name, frame: String::new(), robot, optical });
+                scene.sensors.push(Sensor { id, name, frame: String::new(), robot, axes });
             } else if let Some(r) = robot
                 && turn.get(id, p.joint_type)?.as_str().as_deref() != Some("spherical")
             {

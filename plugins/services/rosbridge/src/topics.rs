@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 
 use tatu_plugin_api::{abi::tatu_object, safe::Turn};
 
-use crate::{Props, robots::Scene};
+use crate::{Props, felt::Felt, robots::Scene};
 
 /// The meaning of a topic.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -36,6 +36,8 @@ pub enum What {
     Optics(usize),
     /// The points of a depth camera, or of a scanner with layers.
     Points(usize),
+    /// A reading of one number or a few.
+    Felt(usize, Felt),
 }
 
 /// A topic.
@@ -113,6 +115,10 @@ fn what_of(turn: &Turn<'_>, p: &Props, i: usize, id: tatu_object) -> Vec<(&'stat
     }
     if has(p.intrinsics) {
         out.push(("camera_info", What::Optics(i), "sensor_msgs/CameraInfo"));
+    }
+    for felt in Felt::ALL.into_iter().filter(|f| has(f.field(p))) {
+        let (last, kind) = felt.topic();
+        out.push((last, What::Felt(i, felt), kind));
     }
     out
 }

@@ -22,7 +22,30 @@ const MOST_ABOUT: u64 = 4 << 10;
 /// Most bytes of the image of a scene.
 const MOST_PICTURE: u64 = 64 << 10;
 
-/// Returns the properties of an object and their values.
+/// Most numbers of a field of a reading that are shown as text.
+const MOST_NUMBERS: usize = 16;
+
+/// Returns the fields of a sensor's reading that are short, as rows like those of properties.
+fn reading(turn: &Turn<'_>, id: tatu_object) -> Vec<Json> {
+    let fields = (0..).map_while(|i| turn.field_of(id, i));
+    let rows = fields.filter_map(|(name, _)| {
+        let field = turn.reading(id, turn.host().prop(name)).ok()?;
+        let value: Vec<f64> = match field.elem() {
+            TATU_ELEM_F64 => field.f64s().to_vec(),
+            TATU_ELEM_F32 => field.f32s().iter().map(|x| f64::from(*x)).collect(),
+            TATU_ELEM_I32 => field.i32s().iter().map(|x| f64::from(*x)).collect(),
+            _ => return None,
+        };
+        let value: Vec<Json> = value.iter().map(|x| json::write(&Value::Float(*x))).collect();
+        let shown = (1..=MOST_NUMBERS).contains(&value.len());
+        shown.then(|| {
+            json!({ "key": name, "text": "Field of the last reading.", "settable": false, "choices": [], "value": value })
+        })
+    });
+    rows.collect()
+}
+
+/// Returns the properties of an object and their values, and what a sensor has read.
 pub fn details(turn: &Turn<'_>, n: u64) -> Result<Json> {
     let id = object(n);
     let mut rows = Vec::new();
@@ -43,6 +66,7 @@ pub fn details(turn: &Turn<'_>, n: u64) -> Result<Json> {
         };
         rows.push(row);
     }
+    rows.extend(reading(turn, id));
     Ok(json!({ "details": n, "rows": rows }))
 }
 

@@ -37,7 +37,7 @@ fields! {
 impl Sensor for Compass {
     type Plugin = CompassPlugin;
 
-    const ID: &'static str = "compass";
+    const ID: &'static str = "needle";
     const TEXT: &'static str = "Tells where its x axis points in the world's x-y plane.";
     const SCHEMAS: &'static [&'static str] = &["compass/1"];
     const INPUTS: u32 = TATU_IN_POSE;

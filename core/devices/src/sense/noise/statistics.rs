@@ -216,3 +216,71 @@ fn rounding_errors_are_even() {
     let errors: Vec<f64> = read.iter().enumerate().map(|(i, x)| x - value(i)).collect();
     kolmogorov_smirnov(&errors, |x| ((x / 0.005 + 1.0) / 2.0).clamp(0.0, 1.0)).unwrap();
 }
+
+/// Returns the errors of a measurement 100 times a second; the noise period of the tests.
+fn at_100_hz(noise: &str, n: usize) -> Vec<f64> {
+    let mut s = Sensor::new(noise, 1, 6);
+    let measured = (0..n).map(|i| {
+        s.measure(i as f64 * 0.01, |f| f.of(ONE)[0] = 0.5);
+        s.read(ONE)[0] - 0.5
+    });
+    measured.collect()
+}
+
+/// Checks that the Allan deviation at `t` s is `level` t^slope, from averages of 10 to 10,000 samples.
+fn follows(x: &[f64], level: f64, slope: f64) -> Result<(), String> {
+    for m in [10usize, 100, 1000, 10_000] {
+        let t = m as f64 * 0.01;
+        let (is, wanted) = (allan(x, m), level * libm::pow(t, slope));
+        // As above: 4 standard deviations of about 1 / sqrt(2 k) for k differences, and 1 % for averages of few samples.
+        let close = 4.0 * 1.2 / (2.0 * (x.len() / m - 1) as f64).sqrt() + 0.01;
+        if (is / wanted - 1.0).abs() > close {
+            return Err(format!("Allan deviation {is} at {t} s, expected {wanted} within {close}"));
+        }
+    }
+    Ok(())
+}
+
+/// IEEE Std 952-1997, annex C: white noise of density N has the deviation N / sqrt(t), a random walk of K per square root of
+/// a second K sqrt(t / 3).
+#[test]
+fn densities_and_random_walks_have_the_declared_allan_deviations() {
+    const MANY_SAMPLES: usize = 2_000_000;
+    let white = at_100_hz("one.density = 0.02", MANY_SAMPLES);
+    follows(&white, 0.02, -0.5).unwrap();
+    assert!(follows(&white, 0.021, -0.5).is_err(), "density times 1.05");
+    let walk = at_100_hz("one.random_walk = 0.03", MANY_SAMPLES);
+    follows(&walk, 0.03 / 3f64.sqrt(), 0.5).unwrap();
+    assert!(follows(&walk, 0.034 / 3f64.sqrt(), 0.5).is_err(), "a walk times 1.13");
+    assert!(follows(&white, 0.02, 0.5).is_err() && follows(&walk, 0.03 / 3f64.sqrt(), -0.5).is_err());
+}
+
+#[test]
+fn a_walk_begins_at_nothing_and_grows_with_the_root_of_time() {
+    let ends: Vec<f64> = (0..2000)
+        .map(|seed| {
+            let mut s = Sensor::new("one.random_walk = 0.5", 1, seed);
+            s.measure(0.0, |f| f.of(ONE)[0] = 1.0);
+            assert_eq!(s.read(ONE)[0], 1.0, "nothing has passed");
+            s.measure(9.0, |f| f.of(ONE)[0] = 1.0);
+            s.read(ONE)[0] - 1.0
+        })
+        .collect();
+    white(&ends, 1.5).unwrap();
+    assert!(white(&ends, 1.7).is_err());
+}
+
+#[test]
+fn a_device_saturates_after_its_noise() {
+    let values = errors("many = { sigma = 1.0, clamp = [-1.0, 2.0] }", 0.0, 3);
+    let share = |at: f64| values.iter().filter(|x| **x == at).count() as f64 / N as f64;
+    // Beyond one standard deviation lies 0.1587 of a normal distribution, beyond two 0.0228.
+    assert!((share(-1.0) - 0.1587).abs() < 0.004 && (share(2.0) - 0.0228).abs() < 0.002);
+    assert!(values.iter().all(|x| (-1.0..=2.0).contains(x)));
+    // Steps come after it, so a step beyond the range is rounded to.
+    let rough = errors("many = { sigma = 1.0, clamp = [-1.0, 1.0], step = 0.7 }", 0.0, 3);
+    let mut steps: Vec<i64> = rough.iter().map(|x| (x / 0.7).round() as i64).collect();
+    steps.sort_unstable();
+    steps.dedup();
+    assert_eq!(steps, [-1, 0, 1]);
+}

@@ -31,7 +31,7 @@ const HEADING: usize = 1;
 impl Sensor for Compass {
     type Plugin = CompassPlugin;
 
-    const ID: &'static str = "compass";
+    const ID: &'static str = "needle";
     const TEXT: &'static str = "Tells where its x axis points in the world's x-y plane.";
     const SCHEMAS: &'static [&'static str] = &["compass/1"];
     const INPUTS: u32 = TATU_IN_POSE;

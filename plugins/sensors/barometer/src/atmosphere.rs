@@ -1,0 +1,89 @@
+//! The standard atmosphere: pressure by altitude, and back.
+//!
+//! Constants of ICAO Doc 7488/2 and the U.S. Standard Atmosphere 1976, as crnslab.org/util/atmo.php lists them: temperature
+//! falls by 6.5 K per km from 288.15 K at the sea to 216.65 K at 11 km, and stays at that up to 20 km. In these layers
+//!
+//! p = p0 (1 - L h / T0)^(g0 / (R L))    and    p = p1 exp(-g0 (h - h1) / (R T1)),
+//!
+//! where h is the geopotential altitude, r z / (r + z) of the altitude z.
+
+/// Pressure at the sea, Pa.
+pub const SEA_LEVEL: f64 = 101_325.0;
+/// Temperature at the sea, K.
+const T0: f64 = 288.15;
+/// Decrease of temperature in the lower layer, K/m.
+const LAPSE: f64 = 0.0065;
+/// Standard gravity, m/s^2.
+const G0: f64 = 9.806_65;
+/// Gas constant of air: 8.31432 J/(mol K) over 0.0289644 kg/mol.
+const R: f64 = 8.314_32 / 0.028_964_4;
+/// Radius of the Earth by which geopotential altitude is defined, m.
+const RADIUS: f64 = 6_356_766.0;
+/// Geopotential altitude of the tropopause, m, and the temperature there, K.
+const TROPOPAUSE: f64 = 11_000.0;
+const T1: f64 = T0 - LAPSE * TROPOPAUSE;
+const EXPONENT: f64 = G0 / (R * LAPSE);
+/// Lowest altitude that is computed, m: deeper than any mine or trench on land.
+const LOWEST: f64 = -10_000.0;
+/// Highest altitude that is computed, m.
+const HIGHEST: f64 = 100_000.0;
+
+/// Returns pressure at the tropopause as a share of that at the sea.
+fn at_tropopause() -> f64 {
+    libm::pow(T1 / T0, EXPONENT)
+}
+
+/// Returns pressure as a share of that at the sea, at an altitude, m. Above 20 km, the layer below is continued.
+pub fn share(altitude: f64) -> f64 {
+    let z = altitude.clamp(LOWEST, HIGHEST);
+    let h = RADIUS * z / (RADIUS + z);
+    if h < TROPOPAUSE {
+        libm::pow(1.0 - LAPSE * h / T0, EXPONENT)
+    } else {
+        at_tropopause() * libm::exp(-G0 * (h - TROPOPAUSE) / (R * T1))
+    }
+}
+
+/// Returns the altitude, m, at which pressure is this share of that at the sea.
+pub fn altitude(share: f64) -> f64 {
+    let share = share.max(1e-12);
+    let tropopause = at_tropopause();
+    let h = if share > tropopause {
+        T0 / LAPSE * (1.0 - libm::pow(share, 1.0 / EXPONENT))
+    } else {
+        TROPOPAUSE - R * T1 / G0 * libm::log(share / tropopause)
+    };
+    RADIUS * h / (RADIUS - h)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn pressures_are_those_of_the_published_table() {
+        // Wikipedia, "Barometric formula": 22632.10 Pa at a geopotential altitude of 11 km, 5474.89 Pa at 20 km.
+        let of = |h: f64| SEA_LEVEL * share(RADIUS * h / (RADIUS - h));
+        assert!((of(11_000.0) - 22_632.10).abs() < 0.1, "{}", of(11_000.0));
+        assert!((of(20_000.0) - 5_474.89).abs() < 0.1, "{}", of(20_000.0));
+        assert_eq!(of(0.0), SEA_LEVEL);
+        assert!((EXPONENT - 5.255_88).abs() < 1e-5);
+    }
+
+    #[test]
+    fn altitude_and_pressure_are_inverse() {
+        for z in [-400.0, 0.0, 0.01, 519.0, 8848.0, 11_019.0, 11_020.0, 19_000.0] {
+            assert!((altitude(share(z)) - z).abs() < 1e-6, "{z}: {}", altitude(share(z)));
+        }
+    }
+
+    #[test]
+    fn everything_is_finite() {
+        for z in [f64::NEG_INFINITY, -1e9, 1e9, f64::INFINITY] {
+            assert!(share(z).is_finite() && share(z) > 0.0);
+        }
+        for p in [-1.0, 0.0, f64::MIN_POSITIVE, 3.0] {
+            assert!(altitude(p).is_finite(), "{p}");
+        }
+    }
+}

@@ -1,0 +1,31 @@
+//! Barometers.
+//!
+//! `barometer` is the sensor; `atmosphere` relates pressure and altitude; `presets` has devices.
+
+pub mod atmosphere;
+mod barometer;
+mod presets;
+
+use tatu_plugin_api::{
+    safe::{Host, Offer, Plugin, Result},
+    tatu_plugin,
+};
+
+pub use barometer::{Barometer, Barometers};
+
+impl Plugin for Barometers {
+    fn start(_: &Host) -> Result<Self> {
+        Ok(Barometers)
+    }
+    fn offer(offer: &mut Offer<Self>) {
+        offer.sensor::<Barometer>();
+    }
+}
+
+tatu_plugin! {
+    plugin: Barometers,
+    id: "tatu.sensor.barometer",
+    name: "Barometers",
+    version: env!("CARGO_PKG_VERSION"),
+    licence: "MIT OR Apache-2.0",
+}

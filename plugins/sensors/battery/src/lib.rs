@@ -1,0 +1,31 @@
+//! Batteries that a joint and a constant load drain.
+//!
+//! `battery` is the sensor; `cells` computes voltage and current; `presets` has devices.
+
+mod battery;
+mod cells;
+mod presets;
+
+use tatu_plugin_api::{
+    safe::{Host, Offer, Plugin, Result},
+    tatu_plugin,
+};
+
+pub use battery::{Batteries, Battery};
+
+impl Plugin for Batteries {
+    fn start(_: &Host) -> Result<Self> {
+        Ok(Batteries)
+    }
+    fn offer(offer: &mut Offer<Self>) {
+        offer.sensor::<Battery>();
+    }
+}
+
+tatu_plugin! {
+    plugin: Batteries,
+    id: "tatu.sensor.battery",
+    name: "Batteries",
+    version: env!("CARGO_PKG_VERSION"),
+    licence: "MIT OR Apache-2.0",
+}

@@ -1,0 +1,32 @@
+//! Magnetometers, and the heading of a compass.
+//!
+//! `compass` is the sensor; `presets` has devices.
+
+#![cfg_attr(test, allow(clippy::disallowed_methods, reason = "what tests compare with decides no bits"))]
+
+mod compass;
+mod presets;
+
+use tatu_plugin_api::{
+    safe::{Host, Offer, Plugin, Result},
+    tatu_plugin,
+};
+
+pub use compass::{Compass, Magnetometers};
+
+impl Plugin for Magnetometers {
+    fn start(_: &Host) -> Result<Self> {
+        Ok(Magnetometers)
+    }
+    fn offer(offer: &mut Offer<Self>) {
+        offer.sensor::<Compass>();
+    }
+}
+
+tatu_plugin! {
+    plugin: Magnetometers,
+    id: "tatu.sensor.compass",
+    name: "Compasses",
+    version: env!("CARGO_PKG_VERSION"),
+    licence: "MIT OR Apache-2.0",
+}

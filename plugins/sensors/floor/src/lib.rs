@@ -1,0 +1,33 @@
+//! Floor sensors: how bright several spots below a robot are, for line followers.
+//!
+//! `floor` is the sensor; `spots` places its rays; `presets` has devices.
+
+#![cfg_attr(test, allow(clippy::disallowed_methods, reason = "what tests compare with decides no bits"))]
+
+mod floor;
+mod presets;
+mod spots;
+
+use tatu_plugin_api::{
+    safe::{Host, Offer, Plugin, Result},
+    tatu_plugin,
+};
+
+pub use floor::{Arrays, Floor};
+
+impl Plugin for Arrays {
+    fn start(_: &Host) -> Result<Self> {
+        Ok(Arrays)
+    }
+    fn offer(offer: &mut Offer<Self>) {
+        offer.sensor::<Floor>();
+    }
+}
+
+tatu_plugin! {
+    plugin: Arrays,
+    id: "tatu.sensor.floor",
+    name: "Floor sensors",
+    version: env!("CARGO_PKG_VERSION"),
+    licence: "MIT OR Apache-2.0",
+}

@@ -1,0 +1,108 @@
+//! Messages of sensors of motion, force and surroundings, each of one reading.
+
+use tatu_plugin_api::{
+    abi::tatu_object,
+    safe::{Prop, Result, Turn, Value, keys},
+};
+
+use crate::{
+    plugin::Props,
+    poses::{quaternion, vector},
+};
+
+/// `sensor_msgs/BatteryState`: it is being discharged.
+const DISCHARGING: i64 = 2;
+
+/// What a sensor tells.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Felt {
+    /// Acceleration, angular velocity and attitude.
+    Motion,
+    /// A magnetic field.
+    Field,
+    /// Force and torque.
+    Load,
+    /// The state of a battery.
+    Battery,
+    /// The pressure of the air.
+    Pressure,
+}
+
+/// A way to read the fields of a sensor.
+struct Fields<'a>(&'a Turn<'a>, tatu_object);
+
+impl Fields<'_> {
+    fn numbers<const N: usize>(&self, field: Prop) -> Result<[f64; N]> {
+        let reading = self.0.reading(self.1, field)?;
+        Ok(reading.f64s().first_chunk().copied().unwrap_or([0.0; N]))
+    }
+    fn number(&self, field: Prop) -> Result<f64> {
+        Ok(self.numbers::<1>(field)?[0])
+    }
+}
+
+impl Felt {
+    /// All of them.
+    pub const ALL: [Felt; 5] = [Felt::Motion, Felt::Field, Felt::Load, Felt::Battery, Felt::Pressure];
+
+    /// Returns the last part of the topic's name, and the type of its messages.
+    pub fn topic(self) -> (&'static str, &'static str) {
+        match self {
+            Felt::Motion => ("imu", "sensor_msgs/Imu"),
+            Felt::Field => ("magnetic_field", "sensor_msgs/MagneticField"),
+            Felt::Load => ("wrench", "geometry_msgs/WrenchStamped"),
+            Felt::Battery => ("battery", "sensor_msgs/BatteryState"),
+            Felt::Pressure => ("fluid_pressure", "sensor_msgs/FluidPressure"),
+        }
+    }
+
+    /// Returns a field that only sensors which tell this have.
+    pub fn field(self, p: &Props) -> Prop {
+        match self {
+            Felt::Motion => p.acceleration,
+            Felt::Field => p.magnetic_field,
+            Felt::Load => p.force,
+            Felt::Battery => p.voltage,
+            Felt::Pressure => p.pressure,
+        }
+    }
+
+    /// Returns the message of a sensor; `header` makes its header from the reading's time.
+    pub fn message(self, turn: &Turn<'_>, p: &Props, id: tatu_object, header: impl Fn(f64) -> Value) -> Result<Value> {
+        let header = ("header", header(turn.reading(id, self.field(p))?.time()));
+        let of = Fields(turn, id);
+        Ok(match self {
+            Felt::Motion => {
+                let [x, y, z, w] = of.numbers(p.orientation)?;
+                keys([
+                    header,
+                    ("orientation", quaternion(&[0.0, 0.0, 0.0, x, y, z, w])),
+                    ("angular_velocity", vector(of.numbers(p.angular_velocity)?)),
+                    ("linear_acceleration", vector(of.numbers(p.acceleration)?)),
+                ])
+            }
+            Felt::Field => keys([header, ("magnetic_field", vector(of.numbers(p.magnetic_field)?))]),
+            Felt::Load => {
+                let (force, torque) = (vector(of.numbers(p.force)?), vector(of.numbers(p.torque)?));
+                keys([header, ("wrench", keys([("force", force), ("torque", torque)]))])
+            }
+            Felt::Battery => {
+                let unknown = || Value::Float(f64::NAN);
+                keys([
+                    header,
+                    ("voltage", Value::Float(of.number(p.voltage)?)),
+                    ("temperature", unknown()),
+                    // In ROS a current that flows out is negative.
+                    ("current", Value::Float(-of.number(p.current)?)),
+                    ("charge", unknown()),
+                    ("capacity", unknown()),
+                    ("design_capacity", unknown()),
+                    ("percentage", Value::Float(of.number(p.charge)?)),
+                    ("power_supply_status", Value::Int(DISCHARGING)),
+                    ("present", Value::Bool(true)),
+                ])
+            }
+            Felt::Pressure => keys([header, ("fluid_pressure", Value::Float(of.number(p.pressure)?))]),
+        })
+    }
+}
