@@ -37,6 +37,24 @@ fn fields_have_a_size_and_elements_that_there_are() {
     }
 }
 
+#[test]
+fn inputs_are_those_of_the_stage_in_which_a_sensor_measures() {
+    let base = place("");
+    let table =
+        |inputs: &str, flags: &str| eye("eye", "eye", &format!(", .inputs = {inputs}, .flags = {flags}")).text();
+    for (inputs, flags, said) in [
+        ("TATU_IN_JOINT", "0", "asks for acceleration, joint, contacts or wrench without"),
+        ("TATU_IN_POSE | TATU_IN_CONTACTS", "0", "asks for acceleration, joint, contacts or wrench without"),
+        ("TATU_IN_DISTANCE", "TATU_SENSOR_EVERY_PHYSICS_STEP", "asks for what beams or images find"),
+    ] {
+        compile(&base, "eye", &table(inputs, flags));
+        base.run(&["--steps", "1"]).good().tells(&["E303", "`org.test.eye`", "its sensor `eye`", said]);
+    }
+    compile(&base, "eye", &table("TATU_IN_POSE | TATU_IN_WRENCH", "TATU_SENSOR_EVERY_PHYSICS_STEP"));
+    let done = base.run(&["--steps", "1"]).good();
+    assert!(!done.err.contains("E303"), "{}", done.err);
+}
+
 /// Returns a model `thing` whose `build` has this body.
 fn model(body: &str, more: &str) -> Source {
     Source::new("maker").with(|s| {

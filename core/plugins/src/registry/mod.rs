@@ -4,7 +4,7 @@
 //! - `types`: the host's representation of what they offer; `read`: reading a plugin's tables;
 //! - `lookup`: lookup by name;
 //! - `models`: reading of models, and those in folders;
-//! - `actuators`, `importers`, `services`, `kinds`, `events`, `dialects`: reading and lookup of these; `renew`:
+//! - `sensors`, `actuators`, `importers`, `services`, `kinds`, `events`, `dialects`: reading and lookup of these; `renew`:
 //!   reloading a single plugin.
 
 use std::{
@@ -24,6 +24,7 @@ mod lookup;
 mod models;
 mod read;
 mod renew;
+mod sensors;
 mod services;
 mod types;
 
@@ -36,7 +37,7 @@ use super::{
 };
 use crate::{HostTables, Inspector};
 pub use models::{Found, MODEL_FILE};
-pub use read::MOST_ELEMENTS;
+pub use sensors::MOST_ELEMENTS;
 use tatu_errors::{Error, Result};
 pub use types::{
     ActuatorKind, Choice, CommandEntry, Constant, DeviceKind, FieldInfo, Importer, KindMark, Language, Model,

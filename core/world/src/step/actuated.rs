@@ -49,7 +49,8 @@ pub(super) fn advance(world: &WorldCell, dt: f64, part: Option<u32>) -> Advanced
         dynamics.prepare(scene);
     }
     let called = actuators.devices.iter().map(|d| registry.actuators[d.kind].plugin);
-    world.border.note_called(called.chain(sensing.devices.iter().map(|d| registry.sensors[d.kind].plugin)));
+    let measured = sensing.devices.iter().map(|d| &registry.sensors[d.kind]).filter(|k| k.in_physics());
+    world.border.note_called(called.chain(measured.map(|k| k.plugin)));
     let (watch, scene_now): (_, &Scene) = (&*world.border.watch, scene);
     // This is called only for devices that no body carries.
     let twist = |slot: u32| world.state.twist_by_motion(scene_now, slot);

@@ -1,0 +1,171 @@
+//! Kinds of sensors that plugins offer, and the fields of sensors and actuators.
+
+use std::ffi::c_char;
+
+use tatu_plugin_api::abi::*;
+
+use super::{FieldInfo, PresetInfo, Registry, SensorKind};
+use crate::{Declared, tables, texts};
+
+/// Maximum number of elements of a field.
+pub const MOST_ELEMENTS: u64 = 1 << 28;
+
+impl Registry {
+    pub(super) unsafe fn add_sensors(&mut self, plugin: usize) {
+        // SAFETY: the plugin has been started and is never unloaded, and the contract requires its tables to be valid.
+        unsafe {
+            let Some(ext) = tables::read(self.plugins[plugin].extension::<tatu_ext_sensor>(TATU_SENSOR)) else {
+                return;
+            };
+            self.offered(plugin, TATU_SENSOR, ext.size, &tables::required!(ext, tatu_ext_sensor: kinds));
+            for (_, raw) in tables::list(ext.kinds) {
+                let needed = tables::required!(raw, tatu_sensor: id, measure);
+                let Some(id) = self.named(plugin, "sensor", raw.id, raw.size, &needed) else { continue };
+                let Some(life) = self.life(plugin, &format!("sensor `{id}`"), raw.life) else { continue };
+                let claimed: Vec<usize> =
+                    self.sensor_kinds().filter(|(_, s)| s.id == id).map(|(_, s)| s.plugin).collect();
+                if !self.is_own(plugin, "sensor", &id, &claimed) {
+                    continue;
+                }
+                if let Some(flaw) = inputs_flaw(&raw) {
+                    self.refuse(plugin, format!("its sensor `{id}` {flaw}"), "see enum tatu_input in tatu/sensor.h");
+                    continue;
+                }
+                let Some(fields) = self.fields(plugin, &format!("its sensor `{id}`"), raw.fields) else { continue };
+                let schemas = self.schemas(plugin, &format!("its sensor `{id}`"), raw.schemas);
+                let mut presets: Vec<PresetInfo> = Vec::new();
+                for (_, p) in tables::list(raw.presets) {
+                    let what = format!("preset of its sensor `{id}`");
+                    let needed = tables::required!(p, tatu_preset: id, settings);
+                    let Some(preset) = self.named(plugin, &what, p.id, p.size, &needed) else { continue };
+                    if presets.iter().any(|p| p.id == preset) {
+                        let text = format!("its sensor `{id}` has the preset `{preset}` twice; the first one is used");
+                        self.refuse(plugin, text, "give each a different id");
+                        continue;
+                    }
+                    presets.push(PresetInfo {
+                        id: preset,
+                        text: tables::text(p.text).unwrap_or_default(),
+                        settings: tables::text(p.settings).unwrap_or_default(),
+                    });
+                }
+                self.sensors.push(SensorKind {
+                    plugin,
+                    id,
+                    text: tables::text(raw.text).unwrap_or_default(),
+                    schemas,
+                    params: Declared::read_list(raw.params),
+                    field_props: fields.iter().map(|f| self.host.number(&f.name)).collect(),
+                    fields,
+                    presets,
+                    raw,
+                    life,
+                    of_actuator: false,
+                });
+            }
+        }
+    }
+
+    /// Reads the fields of a kind; `owner` is the kind, for messages. Returns `None` if one is faulty, which is reported.
+    ///
+    /// # Safety
+    /// The list must be null or a valid list of a plugin that is never unloaded.
+    pub(super) unsafe fn fields(
+        &mut self,
+        plugin: usize,
+        owner: &str,
+        list: *const *const tatu_field,
+    ) -> Option<Vec<FieldInfo>> {
+        // SAFETY: the caller guarantees that the list is valid.
+        unsafe {
+            let fields: Vec<FieldInfo> = tables::list(list)
+                .into_iter()
+                .map(|(_, f)| FieldInfo {
+                    name: tables::label(f.name).unwrap_or_default(),
+                    elem: f.elem,
+                    dims: f.dims,
+                    unit: tables::text(f.unit),
+                    text: tables::text(f.text).unwrap_or_default(),
+                    valid: tables::text(f.valid),
+                    nothing: tables::text(f.nothing),
+                })
+                .collect();
+            if let Some(f) = fields.iter().find(|f| !(TATU_ELEM_F64..=TATU_ELEM_OBJECT).contains(&f.elem)) {
+                let text = format!("the field `{}` of {owner} has elements of type {}", f.name, f.elem);
+                self.refuse(plugin, text, "use one of TATU_ELEM_*");
+                return None;
+            }
+            let lost = fields.iter().find_map(|f| {
+                let valid = f.valid.as_ref().filter(|v| !fields.iter().any(|other| other.name == **v))?;
+                Some((f, valid))
+            });
+            if let Some((f, valid)) = lost {
+                let text = format!(
+                    "the field `{}` of {owner} names `{valid}` as the field that marks valid elements, \
+                     which it does not have",
+                    f.name
+                );
+                self.refuse(plugin, text, "write the full name of a field from a different schema: `schema.field`");
+                return None;
+            }
+            if let Some((f, (flaw, help))) = fields.iter().find_map(|f| Some((f, field_flaw(f)?))) {
+                self.refuse(plugin, format!("the field `{}` of {owner} {flaw}", f.name), help);
+                return None;
+            }
+            Some(fields)
+        }
+    }
+
+    /// Reads the schemas of a kind, without those that have no valid name, which are reported.
+    ///
+    /// # Safety
+    /// The list must be null or a valid list of a plugin that is never unloaded.
+    pub(super) unsafe fn schemas(&mut self, plugin: usize, owner: &str, list: *const *const c_char) -> Vec<String> {
+        // SAFETY: the caller guarantees that the list is valid.
+        unsafe {
+            let (schemas, flawed): (Vec<_>, Vec<_>) =
+                tables::labels(list).into_iter().partition(|s| texts::flaw(s).is_none());
+            for schema in flawed {
+                let flaw = texts::flaw(&schema).unwrap_or_default();
+                let text = format!("{owner} claims the schema `{schema}`, which is not a valid name: it {flaw}");
+                self.refuse(plugin, text, "call it `mine/1`");
+            }
+            schemas
+        }
+    }
+}
+
+/// Returns why a kind of sensor cannot get the inputs that it declares, if it cannot.
+fn inputs_flaw(raw: &tatu_sensor) -> Option<&'static str> {
+    const OF_PHYSICS: u32 = TATU_IN_ACCELERATION | TATU_IN_JOINT | TATU_IN_CONTACTS | TATU_IN_WRENCH;
+    const OF_BOTH: u32 = TATU_IN_POSE | TATU_IN_TWIST;
+    let in_physics = raw.flags & TATU_SENSOR_EVERY_PHYSICS_STEP != 0;
+    match raw.inputs & !OF_BOTH {
+        inputs if in_physics && inputs & !OF_PHYSICS != 0 => {
+            Some("measures after each physics step, but asks for what beams or images find")
+        }
+        inputs if !in_physics && inputs & OF_PHYSICS != 0 => {
+            Some("asks for acceleration, joint, contacts or wrench without TATU_SENSOR_EVERY_PHYSICS_STEP")
+        }
+        _ => None,
+    }
+}
+
+/// Returns the reason that a field is invalid, and a hint, or `None` if it is valid.
+fn field_flaw(f: &FieldInfo) -> Option<(String, &'static str)> {
+    if let Some(flaw) = texts::flaw(&f.name) {
+        return Some((format!("has an invalid name: it {flaw}"), "call it `schema.field`"));
+    }
+    if !f.name.contains('.') {
+        return Some(("has no schema before its name".into(), "call it `schema.field`"));
+    }
+    // Dimensions that an instance determines are checked once the instance exists.
+    let open = |d: u32| d == 0 || (TATU_DIM_OWN..TATU_DIM_OWN + 4).contains(&d) || d >= TATU_DIM_COLUMNS;
+    let fixed = f.dims.iter().filter(|d| !open(**d)).map(|d| u64::from(*d));
+    let elements = fixed.fold(1u64, u64::saturating_mul);
+    (elements > MOST_ELEMENTS).then(|| {
+        let [a, b, c] = f.dims;
+        let text = format!("has {a} x {b} x {c} elements; there are at most {MOST_ELEMENTS}");
+        (text, "set unused `dims` to 1")
+    })
+}
