@@ -42,7 +42,7 @@ pub enum Command {
     Diff(Diff),
     /// Create a folder to start with: a plugin, an add-on, a scene or a robot.
     New(crate::new::New),
-    /// Record which plugins and models a scene uses, with versions and hashes, or compare them with the record.
+    /// Record which plugins and models are loaded for a scene, with versions and hashes, or compare them.
     Lock(Lock),
     /// Build, run, test, check and install plugins.
     #[command(subcommand)]

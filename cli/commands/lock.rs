@@ -1,4 +1,4 @@
-//! `tatu lock`: records which plugins and models a scene was used with, and compares them later.
+//! `tatu lock`: records which plugins and models were loaded for a scene, and compares them later.
 
 use std::{
     fmt::Write as _,
@@ -50,7 +50,7 @@ pub fn lock(args: &Lock) -> Result<ExitCode, Error> {
         let text = now.to_toml();
         std::fs::write(&file, text).map_err(|e| Error::new("E105", format!("cannot write {}: {e}", file.display())))?;
         let (plugins, models) = (now.plugins.len(), now.models.len());
-        report::out!("{}: {plugins} plugins, {models} models, {} other files", file.display(), now.files.len());
+        report::out!("{}: plugins: {plugins}, models: {models}, other files: {}", file.display(), now.files.len());
         return Ok(ExitCode::SUCCESS);
     }
     let text = read_plain(&file, MOST_BYTES).map_err(|e| {
@@ -64,7 +64,7 @@ pub fn lock(args: &Lock) -> Result<ExitCode, Error> {
     }
     match differences.len() {
         0 => report::out!("{}: all as locked", args.scene.display()),
-        n => report::out!("{}: {n} differences from {}", args.scene.display(), file.display()),
+        n => report::out!("{}: differences from {}: {n}", args.scene.display(), file.display()),
     }
     Ok(if differences.is_empty() { ExitCode::SUCCESS } else { ExitCode::FAILURE })
 }

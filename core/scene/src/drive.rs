@@ -52,6 +52,11 @@ impl Form {
 }
 
 impl Drive {
+    /// Returns the paths of all joints that it names, relative to its object.
+    pub fn joint_paths(&self) -> impl Iterator<Item = &str> {
+        self.joints.iter().chain(&self.steering).map(|p| p.strip_prefix('-').unwrap_or(p))
+    }
+
     /// Parses a table; an empty one means no drive.
     pub fn from_value(value: &Value) -> Result<Option<Self>, Refusal> {
         if matches!(value, Value::Map(entries) if entries.is_empty()) {

@@ -1,5 +1,5 @@
 //! Checks of a scene's mechanics before a run: impossible bodies, joints between very different masses, grippers too
-//! weak for the objects between their fingers, steps too long for contacts.
+//! weak for the objects between their fingers, steps too long for contacts, drives without their joints.
 
 use std::collections::BTreeMap;
 
@@ -49,6 +49,23 @@ pub fn mechanics(scene: &Scene, settings: &Settings) -> Vec<String> {
         found.push(format!("`{}`{others}: {why}", paths[0]));
     }
     found.extend(weak_grippers(scene, settings));
+    found.extend(broken_drives(scene));
+    found
+}
+
+/// Checks that the joints that drives name exist.
+fn broken_drives(scene: &Scene) -> Vec<String> {
+    let mut found = Vec::new();
+    for (slot, object) in scene.slots() {
+        for path in object.drive.iter().flat_map(|d| d.joint_paths()) {
+            if scene.find(slot, path).and_then(|s| scene.get(s)?.joint()).is_none() {
+                found.push(format!(
+                    "the drive of `{}` names the joint `{path}`, which does not exist",
+                    scene.path(slot)
+                ));
+            }
+        }
+    }
     found
 }
 

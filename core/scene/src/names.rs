@@ -124,6 +124,12 @@ impl Scene {
         scripts.nth(sibling.unwrap_or(left))
     }
 
+    /// Returns all objects below `base`, at any depth, whose alias matches a pattern with `*` and `?`.
+    pub fn all_below(&self, base: u32, pattern: &str) -> Vec<u32> {
+        let fits = |slot: &u32| *slot != base && self.get(*slot).is_some_and(|o| matches(pattern, &o.alias));
+        self.tree(base).into_iter().filter(fits).collect()
+    }
+
     /// Finds an object by unique name: "b", "b#0", or "b#" for exactly "b".
     pub fn find_name(&self, name: &str) -> Option<u32> {
         let (alias, suffix) = match name.split_once('#') {

@@ -14,6 +14,8 @@ function sysCall_actuation()
         assert(math.abs(to[1] - from[1] - 1) < 0.1, 'it has driven ' .. to[1] - from[1] .. ' m instead of 1 m')
         assert(math.abs(to[2] - from[2]) < 0.02, 'it has not driven straight')
         assert(math.abs(to[3] - from[3]) < 0.01, 'it has left the floor')
+        local pitch = math.deg(sim.getObjectOrientation(me)[2])
+        assert(math.abs(pitch) < 5, 'it leans by ' .. pitch .. ' degrees')
         if not passed then print(sim.getObjectAlias(me, 2) .. ' passes') end
         passed = true
     end

@@ -125,9 +125,7 @@ fn counts_are_the_turns_of_the_wheel() {
         let expected = 37.0 * line.time() / TAU;
         turns = angle + (expected - angle).round();
         let ticks = line.sensor(path, "encoder.ticks");
-        // The count starts with the first physics step, 5 ms after the start.
-        let first = 2000.0 * 37.0 * 0.005 / TAU;
-        assert!((ticks - (2000.0 * turns - first)).abs() <= 1.0, "step {i}: {ticks} counts, {turns} turns");
+        assert!((ticks - 2000.0 * turns).abs() <= 1.0, "step {i}: {ticks} counts, {turns} turns");
     }
     assert!((170.0..180.0).contains(&turns), "{turns}");
     assert!((lines.last().unwrap().sensor(path, "encoder.velocity") - 37.0).abs() < TAU / 2000.0 / 0.005);

@@ -3,7 +3,7 @@
 use std::f64::consts::{PI, TAU};
 
 use tatu_plugin_api::{
-    abi::{TATU_IN_JOINT, tatu_object},
+    abi::{TATU_IN_JOINT, TATU_LOG_WARNING, tatu_object},
     fields,
     safe::{Beams, Fail, Field, Instance, Param, Params, Preset, Readout, Result, Sample, Sensor, SharedWorld, Value},
 };
@@ -93,6 +93,10 @@ impl Sensor for WheelEncoder {
     }
 
     fn create(world: &SharedWorld<'_>, instance: Instance, params: &Params<'_>) -> Result<Self> {
+        let (counts, gear) = (params.f64("counts_per_turn")?, params.f64("gear")?);
+        if gear == 0.0 {
+            return Err(Fail::argument("`gear`: expected a number other than 0"));
+        }
         let path = params.string("joint")?;
         let joint = if path.is_empty() { 0 } else { world.find(instance.owner, &path)? };
         let [kind, position, parent] = ["joint.type", "joint.position", "object.parent"].map(|k| world.host().prop(k));
@@ -108,14 +112,12 @@ impl Sensor for WheelEncoder {
             };
         }
         if found == 0 {
-            return Err(Fail::argument("there is no joint above it: name one by `joint`"));
+            let text = "an encoder without a joint above it counts nothing: name one by `joint`";
+            world.log(TATU_LOG_WARNING, text.as_bytes());
+            return Ok(WheelEncoder { joint, counts: counts * gear / TAU, start: 0.0 });
         }
         let slides = world.get(found, kind)?.to_value().is_ok_and(|v| v == "prismatic".into());
         let start = world.f64(found, position)?;
-        let (counts, gear) = (params.f64("counts_per_turn")?, params.f64("gear")?);
-        if gear == 0.0 {
-            return Err(Fail::argument("`gear`: expected a number other than 0"));
-        }
         Ok(WheelEncoder { joint, counts: counts * gear / if slides { 1.0 } else { TAU }, start })
     }
 

@@ -83,8 +83,10 @@ impl Reader<'_> {
             let error = Error::new("E102", "`remove`: expected a list of paths below the base");
             return Err(error.expected("remove = [\"sonars\", \"arm/gripper\"]").at(Some(at)));
         };
-        let found = paths.iter().map(|path| below(b, base, path));
-        let tops = found.collect::<Result<BTreeSet<usize>>>().map_err(|e| e.at(Some(at)))?;
+        let mut tops = BTreeSet::new();
+        for path in paths {
+            tops.extend(all_below(b, base, path).map_err(|e| e.at(Some(at.clone())))?);
+        }
         b.document.remove(&tops);
         Ok(())
     }
@@ -171,6 +173,22 @@ fn below(b: &Builder<'_>, base: usize, path: &str) -> Result<usize> {
     }
     let text = format!("`{path}` is not below the base of the model");
     Err(Error::new("E110", text).expected("a path below the base, such as \"arm/gripper\""))
+}
+
+/// Returns all objects below the base of a model that a path stands for; `*` and `?` in its last part match several.
+fn all_below(b: &Builder<'_>, base: usize, path: &str) -> Result<Vec<usize>> {
+    let (above, pattern) = path.rsplit_once('/').unwrap_or(("", path));
+    if !pattern.contains(['*', '?']) {
+        return Ok(vec![below(b, base, path)?]);
+    }
+    let from = if above.is_empty() { base } else { below(b, base, above)? };
+    let (scene, slots) = b.document.instantiate();
+    let found = scene.all_below(slots.get(from).copied().unwrap_or(0), pattern);
+    if found.is_empty() {
+        let text = format!("nothing below the base of the model matches `{path}`");
+        return Err(Error::new("E110", text).expected("a path below the base, such as \"arm/gripper\""));
+    }
+    Ok(found.iter().filter_map(|slot| slots.iter().position(|s| s == slot)).collect())
 }
 
 /// Returns the object of a slot. Models that declare no slots take parts at any object.
