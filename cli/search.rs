@@ -10,6 +10,7 @@ use tatu_core::{
     errors::Error,
     plugins::{MODEL_FILE, Search},
 };
+use tatu_plugin_api::safe::{MOST_BYTES, read_plain_text};
 
 /// The folders that are searched for plugins and models, and those of the scene that are not.
 pub struct Searched {
@@ -96,7 +97,7 @@ pub fn user_settings() -> Result<UserSettings, Error> {
     let Some(file) = user_folder().and_then(|f| Some(f.parent()?.join("settings.toml"))) else {
         return Ok(UserSettings::default());
     };
-    match std::fs::read_to_string(&file) {
+    match read_plain_text(&file, MOST_BYTES) {
         Ok(text) => UserSettings::parse(&file, &text),
         Err(e) if e.kind() == std::io::ErrorKind::NotFound => Ok(UserSettings::default()),
         Err(e) => Err(Error::new("E105", format!("cannot read your settings {}: {e}", file.display()))),

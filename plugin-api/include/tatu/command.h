@@ -85,7 +85,8 @@ typedef struct tatu_call_api {
    * result once. Then start the thread and return `wait(TATU_UNTIL_WAKE)`. 0: the run repeats a recorded one, which has
    * the result: wait in the same way, but start no thread. */
   tatu_status(TATU_CALL *ticket)(tatu_call *, uint64_t *);
-  /* [step] The result that ended the wait, in the call that follows it; valid until the call returns. */
+  /* [step] The result that ended the wait, in the call that follows it; valid until the call returns. TATU_ERR_GONE: it
+   * was lost, because the run continues from a snapshot, which holds no threads. */
   tatu_status(TATU_CALL *woken)(tatu_call *, tatu_str *);
 } tatu_call_api;
 

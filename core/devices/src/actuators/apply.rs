@@ -197,7 +197,14 @@ fn apply(
             }
             bad if bad < 0 => (bad, error.text()),
             _ if d.report.as_ref().is_some_and(|r| !r.layout.is_whole(&r.fields)) => {
-                (TATU_ERR, "broke the contract: it wrote past the end of a field that it reports".to_owned())
+                (TATU_ERR, "broke the contract: it wrote beside the fields that it reports".to_owned())
+            }
+            _ if let Some(field) = registry.actuators[*kind].readings.and_then(|k| {
+                let report = d.report.as_ref()?;
+                report.layout.not_a_number(&report.fields, &registry.sensors[k])
+            }) =>
+            {
+                (TATU_ERR, format!("broke the contract: `{field}` is not a number"))
             }
             _ if !finite => {
                 (TATU_ERR, format!("returned the wrench {wrench:?} and the effort {effort}; expected finite numbers"))
@@ -208,6 +215,10 @@ fn apply(
             },
         };
         (d.off, d.idle_told) = (status < 0, true);
+        if d.off {
+            // What a failing call wrote is no reading.
+            d.report.iter_mut().for_each(|r| r.time = None);
+        }
         failed.push(ApplyFailure { slot: d.slot, kind: *kind, text, status });
     }
 }

@@ -158,7 +158,7 @@ impl Device {
         if self.off {
             return false;
         }
-        if self.rate <= 0.0 {
+        if self.rate <= 0.0 || self.rate > HIGHEST_RATE {
             return true;
         }
         let now = Some(period(self.rate, time));
@@ -230,20 +230,7 @@ impl Device {
 
     /// Returns the first field that contains a NaN. "Nothing detected" is infinity or zero, never NaN.
     pub fn not_a_number<'k>(&self, kind: &'k SensorKind) -> Option<&'k str> {
-        let is_bad = |i: usize| {
-            let (first, n) = self.layout.spans[i];
-            let at = self.fields[first..].as_ptr();
-            // SAFETY: the pointer is to the field's first word, where the layout reserves `n` elements of this type;
-            // the borrow of `self` keeps them alive, and every bit pattern is a valid number.
-            unsafe {
-                match kind.fields[i].elem {
-                    TATU_ELEM_F64 => std::slice::from_raw_parts(at.cast::<f64>(), n).iter().any(|x| x.is_nan()),
-                    TATU_ELEM_F32 => std::slice::from_raw_parts(at.cast::<f32>(), n).iter().any(|x| x.is_nan()),
-                    _ => false,
-                }
-            }
-        };
-        (0..kind.fields.len()).find(|i| is_bad(*i)).map(|i| kind.fields[i].name.as_str())
+        self.layout.not_a_number(&self.fields, kind)
     }
 
     /// Returns the contents of a field as a value, for traces.
@@ -275,6 +262,9 @@ impl Device {
         }
     }
 }
+
+/// Rate above which a sensor measures in every step, Hz: no step is that short, and periods can still be counted.
+const HIGHEST_RATE: f64 = 1e9;
 
 /// Returns the number of the period of a rate that contains a time. Times are sums of steps: one that is below the
 /// start of a period only by rounding errors belongs to that period.
@@ -358,6 +348,24 @@ impl Layout {
         let ends = std::iter::once(0).chain(begins.map(|next| (next - 1) as u32)).collect();
         let lengths = spans.iter().map(|(_, n)| *n as u64).collect();
         Ok(Layout { plan, spans, dims, words, lengths, ends, pads })
+    }
+
+    /// Returns the first field that contains a NaN.
+    pub(crate) fn not_a_number<'k>(&self, fields: &[u64], kind: &'k SensorKind) -> Option<&'k str> {
+        let is_bad = |i: usize| {
+            let (first, n) = self.spans[i];
+            let at = fields[first..].as_ptr();
+            // SAFETY: the pointer is to the field's first word, where the layout reserves `n` elements of this type;
+            // the borrow of `fields` keeps them alive, and every bit pattern is a valid number.
+            unsafe {
+                match kind.fields[i].elem {
+                    TATU_ELEM_F64 => std::slice::from_raw_parts(at.cast::<f64>(), n).iter().any(|x| x.is_nan()),
+                    TATU_ELEM_F32 => std::slice::from_raw_parts(at.cast::<f32>(), n).iter().any(|x| x.is_nan()),
+                    _ => false,
+                }
+            }
+        };
+        (0..kind.fields.len()).find(|i| is_bad(*i)).map(|i| kind.fields[i].name.as_str())
     }
 
     /// Returns whether the guards around the fields are unchanged.

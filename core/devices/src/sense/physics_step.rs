@@ -111,9 +111,23 @@ impl<'a> StepSensing<'a> {
         if kinds.is_empty() {
             return None;
         }
+        let mut failed = Vec::new();
+        for (kind, seats) in &mut kinds {
+            seats.retain(|seat| {
+                let d = &mut sensing.devices[seat.device];
+                let observed = d.layout.plan.observed;
+                d.off |= observed != 0 && scene.resolve(observed).is_err();
+                if d.off {
+                    let text = "the object that it feels does not exist, or has been removed".to_owned();
+                    let (call, status) = (Call::Measure, TATU_ERR_GONE);
+                    failed.push(MeasureFailure { slot: d.slot, kind: *kind, call, text, status });
+                }
+                !d.off
+            });
+        }
         let touches = kinds.iter().any(|(kind, _)| around.registry.sensors[*kind].raw.inputs & TATU_IN_CONTACTS != 0);
         let shapes = if touches { dynamics.shapes().map(|(b, s)| (b, scene.id(s))).collect() } else { Vec::new() };
-        let (contacts, touching, failed) = Default::default();
+        let (contacts, touching) = Default::default();
         Some(StepSensing { sensing, around, kinds, shapes, contacts, touching, failed })
     }
 
@@ -196,9 +210,12 @@ impl Seat {
         let mount = Mount::of(scene, dynamics, d.slot, twist);
         let motion = mount.motion(dynamics.engine());
         // The observed object itself counts, but not the sensor, which is none of these.
-        let first = scene.resolve(d.layout.plan.observed).unwrap_or(d.slot);
+        let first = match d.layout.plan.observed {
+            0 => Some(d.slot),
+            observed => scene.resolve(observed).ok(),
+        };
         let find = |fits: &dyn Fn(&Data) -> bool, asked: u32| {
-            let mut at = Some(first).filter(|_| inputs & asked != 0);
+            let mut at = first.filter(|_| inputs & asked != 0);
             while let Some(slot) = at.filter(|s| scene.get(*s).is_some_and(|o| !fits(&o.data))) {
                 at = scene.get(slot).map(|o| o.parent).filter(|p| *p != 0);
             }

@@ -95,6 +95,12 @@ impl Registry {
                 self.refuse(plugin, text, "use one of TATU_ELEM_*");
                 return None;
             }
+            let twice = fields.iter().enumerate().find(|(i, f)| fields[..*i].iter().any(|other| other.name == f.name));
+            if let Some((_, f)) = twice {
+                let text = format!("{owner} has the field `{}` twice", f.name);
+                self.refuse(plugin, text, "give each field a name of its own");
+                return None;
+            }
             let lost = fields.iter().find_map(|f| {
                 let valid = f.valid.as_ref().filter(|v| !fields.iter().any(|other| other.name == **v))?;
                 Some((f, valid))

@@ -152,7 +152,12 @@ impl NoiseSpec {
             };
             // `[noise.range_scan.distance]`, without quotes around the field name.
             let schema = format!("{key}.");
-            if kind.is_some_and(|k| k.fields.iter().any(|f| f.name.starts_with(&schema))) {
+            // A field may have the name of its schema: `pressure.pressure`.
+            let is_field = |k: &SensorKind| {
+                let is_of_schema = |short: &str| k.fields.iter().any(|f| f.name == format!("{schema}{short}"));
+                meant(k, key).is_ok() && !inner.iter().all(|(short, _)| is_of_schema(short))
+            };
+            if kind.is_some_and(|k| k.fields.iter().any(|f| f.name.starts_with(&schema)) && !is_field(k)) {
                 for (short, item) in inner.iter() {
                     let at = span(inner, short);
                     let Some(inner) = item.as_table_like() else {

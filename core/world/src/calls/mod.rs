@@ -106,7 +106,7 @@ unsafe extern "C" fn ticket(call: *mut tatu_call, out: *mut u64) -> tatu_status 
     *out = match world.run.outside.replay.borrow().is_some() {
         // No thread may be started: the log has the result.
         true => {
-            wakes.next();
+            wakes.next_of_replay();
             0
         }
         false => wakes.ticket(world.model.registry.host()),
@@ -128,6 +128,10 @@ unsafe extern "C" fn woken(call: *mut tatu_call, out: *mut tatu_str) -> tatu_sta
         return say(call.error, TATU_ERR_MISSING, "this call does not follow a wait");
     }
     let current = world.run.calls.wakes.current.borrow();
+    let Some(current) = current.as_ref() else {
+        let text = "the result of the thread was lost: a snapshot does not hold threads";
+        return say(call.error, TATU_ERR_GONE, text);
+    };
     let place = world.run.calls.arena.borrow_mut().alloc(current.len().max(1));
     if place.is_null() {
         return say(call.error, TATU_ERR_MEMORY, "the world's arena is full");

@@ -31,6 +31,7 @@ pub(crate) fn take_in(world: &WorldCell) {
             found.extend(parse(&text));
         }
     } else {
+        wakes.lose_unissued();
         found = wakes.take();
     }
     for (number, result) in found {

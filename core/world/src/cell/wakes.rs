@@ -2,7 +2,7 @@
 
 use std::{
     cell::{Cell, RefCell},
-    collections::BTreeMap,
+    collections::{BTreeMap, BTreeSet},
     sync::Arc,
 };
 
@@ -20,8 +20,12 @@ pub(crate) struct Wakes {
     pub issued: Cell<Option<u64>>,
     /// Results that have entered the world, by the number of their wait.
     arrived: RefCell<BTreeMap<u64, Vec<u8>>>,
-    /// The result for the command that is being resumed.
-    pub current: RefCell<Vec<u8>>,
+    /// Waits whose result cannot arrive any more, since no thread was started for them here.
+    lost: RefCell<BTreeSet<u64>>,
+    /// Waits of a replayed run for which no ticket was issued, and whose result the log may still have.
+    unissued: RefCell<BTreeSet<u64>>,
+    /// The result for the command that is being resumed; none if it was lost.
+    pub current: RefCell<Option<Vec<u8>>>,
 }
 
 impl Wakes {
@@ -30,11 +34,19 @@ impl Wakes {
         host.ticket(&self.mailbox, self.next())
     }
     /// Counts a wait of the running command for which no ticket is needed, since a replay has its result.
-    pub fn next(&self) -> u64 {
+    pub fn next_of_replay(&self) {
+        let number = self.next();
+        self.unissued.borrow_mut().insert(number);
+    }
+    fn next(&self) -> u64 {
         let number = self.last.get() + 1;
         self.last.set(number);
         self.issued.set(Some(number));
         number
+    }
+    /// Ends the waits whose results the log of a replay did not have, when the replay is over.
+    pub fn lose_unissued(&self) {
+        self.lost.borrow_mut().append(&mut self.unissued.borrow_mut());
     }
     /// Takes the results that have arrived from threads, each with the number of its wait.
     pub fn take(&self) -> Vec<(u64, Vec<u8>)> {
@@ -42,24 +54,27 @@ impl Wakes {
     }
     /// Lets a result enter the world.
     pub fn arrive(&self, number: u64, result: Vec<u8>) {
+        self.unissued.borrow_mut().remove(&number);
         self.arrived.borrow_mut().insert(number, result);
     }
-    /// Returns whether the result for a wait has entered the world.
+    /// Returns whether the result for a wait has entered the world, or cannot any more.
     pub fn has_arrived(&self, number: u64) -> bool {
-        self.arrived.borrow().contains_key(&number)
+        self.arrived.borrow().contains_key(&number) || self.lost.borrow().contains(&number)
     }
     /// Prepares for a command whose wait has ended: it gets the result.
     pub fn resume(&self, due: &Due) {
-        let result = if let Due::Wake(number) = due { self.arrived.borrow_mut().remove(number) } else { None };
-        *self.current.borrow_mut() = result.unwrap_or_default();
+        let Due::Wake(number) = due else { return };
+        self.lost.borrow_mut().remove(number);
+        *self.current.borrow_mut() = self.arrived.borrow_mut().remove(number);
     }
     /// Returns the number of the last wait, for snapshots.
     pub fn last(&self) -> u64 {
         self.last.get()
     }
-    /// Restores the number of the last wait. Results on their way from threads are lost.
+    /// Restores the number of the last wait. The results of all that wait are lost: a snapshot holds no threads.
     pub fn restore(&self, last: u64) {
         self.last.set(last);
+        *self.lost.borrow_mut() = (1..=last).collect();
         self.arrived.borrow_mut().clear();
         self.mailbox.take();
     }
