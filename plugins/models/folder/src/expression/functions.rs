@@ -22,7 +22,7 @@ const ONE: &[(&str, OfOne)] = &[
 /// Names that parameters and constants cannot have.
 pub const RESERVED: &[&str] = &[
     "abs", "sqrt", "sin", "cos", "tan", "asin", "acos", "deg", "rad", "floor", "ceil", "atan2", "min", "max", "len",
-    "text", "if", "pi", "true", "false", "not", "and", "or", "index",
+    "text", "if", "pi", "true", "false", "not", "and", "or", "for", "in", "index",
 ];
 
 /// Names of all functions.
