@@ -53,6 +53,8 @@ fn expressions_yield_what_arithmetic_says() {
         ("[p[1] - p[0] for p in poses]", "[1.0, 1.0]"),
         ("[[x + length for x in p] for p in poses][1]", "[3.4, 4.4]"),
         ("[x for x in []]", "[]"),
+        ("flat([0, [1, 2], [[3]]])", "[0.0, 1.0, 2.0, [3.0]]"),
+        ("flat([[i, 10 * i] for i in 2])", "[0.0, 0.0, 1.0, 10.0]"),
         ("[for_x for for_x in 1]", "[0.0]"),
     ] {
         let mut names = names();
@@ -88,6 +90,7 @@ fn errors_say_what_is_wrong_and_what_to_do() {
         ("[i for i in 1.5]", "expected a list or a whole number, found the number 1.5", "`for i in 3` counts"),
         ("[i for pi in 3]", "`pi` has a meaning", ""),
         ("[i for i of 3]", "expected `in`", ""),
+        ("flat(1)", "`flat` takes one list, found the number 1", ""),
         ("[j for i in 3]", "no parameter or number `j`", ""),
         ("[i for i in 10001]", "more than 10000 values", ""),
         ("len([[i for i in 200] for k in 200])", "more than 10000 values", ""),
