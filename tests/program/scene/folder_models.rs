@@ -110,8 +110,10 @@ fn the_first_folder_wins_and_conflicts_are_told() {
     let scene = |chosen: &str| {
         let place = Place::scene(&format!("{chosen}[[model]]\nmodel = \"misbehaves_safely\"\n"));
         place.write("models/misbehaves_safely/model.toml", CLAW).write("more/readme", "");
-        std::fs::copy(program().with_file_name("deps").join(&library), place.path().join("more").join(&library)).unwrap();
-        let done = run(program(), place.path(), &["convert", "scene.toml", "flat.toml"], &[("TATU_PLUGIN_PATH", "more")]);
+        std::fs::copy(program().with_file_name("deps").join(&library), place.path().join("more").join(&library))
+            .unwrap();
+        let done =
+            run(program(), place.path(), &["convert", "scene.toml", "flat.toml"], &[("TATU_PLUGIN_PATH", "more")]);
         (place, done)
     };
     scene("").1.refused(&["E322", "tatu.models.folder", "[providers]"]);

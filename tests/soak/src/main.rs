@@ -33,13 +33,8 @@ struct Args {
 }
 
 /// Libraries of the plugins that this program's manifest lists.
-const PLUGINS: &[&str] = &[
-    "tatu_commands_vrep",
-    "tatu_scripts_lua",
-    "tatu_sensors_proximity",
-    "tatu_models_folder",
-    "tatu_importers_mesh",
-];
+const PLUGINS: &[&str] =
+    &["tatu_commands_vrep", "tatu_scripts_lua", "tatu_sensors_proximity", "tatu_models_folder", "tatu_importers_mesh"];
 
 fn main() -> ExitCode {
     let args = Args::parse();
