@@ -156,7 +156,7 @@ fn slots_take_what_is_mounted_by_a_plate() {
 }
 
 #[test]
-fn every_parameter_and_slot_stands_in_the_readme() {
+fn every_parameter_stands_in_the_readme() {
     let place = Place::new();
     let rows = place.tatu(&["list", "models", "--json"]).good().json();
     for model in rows.as_array().unwrap() {
