@@ -46,13 +46,14 @@ pub fn searched(scene: Option<&Path>, sources: &Sources, allow: &[String]) -> Re
     if let Some(folder) = user_folder() {
         search.add_user_folder(folder);
     }
-    search.models = model_folders(scene, exe.as_deref());
+    let of_program = std::mem::take(&mut search.models);
+    search.models = model_folders(scene).into_iter().chain(of_program).collect();
     Ok(Searched { search, untrusted })
 }
 
-/// Returns the folders in which models are searched by name, in order: beside the scene (or in the working folder), those
-/// of the environment, the user's, and the program's.
-fn model_folders(scene: Option<&Path>, exe: Option<&Path>) -> Vec<PathBuf> {
+/// Returns the folders in which models are searched by name before those of the program, in order: beside the scene (or in
+/// the working folder), those of the environment, and the user's.
+fn model_folders(scene: Option<&Path>) -> Vec<PathBuf> {
     let here = scene.and_then(Path::parent).unwrap_or(Path::new(""));
     let mut folders = vec![here.join("models")];
     // A model that is opened itself finds its neighbours.
@@ -62,14 +63,6 @@ fn model_folders(scene: Option<&Path>, exe: Option<&Path>) -> Vec<PathBuf> {
     let given = std::env::var_os("TATU_MODEL_PATH").unwrap_or_default();
     folders.extend(std::env::split_paths(&given).filter(|f| !f.as_os_str().is_empty()));
     folders.extend(user_folder().map(|f| f.with_file_name("models")));
-    if let Some(dir) = exe.and_then(Path::parent) {
-        folders.push(dir.join("models"));
-        folders.extend(dir.parent().map(|up| up.join("share/tatu/models")));
-        // Beside `deps` the program is one that cargo has built, in `target/PROFILE` of the repository.
-        if dir.join("deps").is_dir() {
-            folders.extend(dir.parent().and_then(Path::parent).map(|root| root.join("models")));
-        }
-    }
     folders
 }
 

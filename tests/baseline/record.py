@@ -4,10 +4,10 @@
     tests/baseline/record.py record [--program target/release/tatu] OUT
     tests/baseline/record.py compare A B
 
-`record` runs every scene in `scenes/` and every `demo.toml` of a plugin for 5 s with seed 1 and writes into OUT,
-per scene: the trace (hash of each object, poses, readings of all sensors, status bar, consoles), what was printed,
-and pictures of the scene at the start and at the end. `compare` names every file that differs, with the first
-step in which two traces part. A change that is meant to keep behaviour leaves all files equal.
+`record` runs every scene in `scenes/` and every `demo.toml` of a plugin or model for 5 s with seed 1 and writes into
+OUT, per scene: the trace (hash of each object, poses, readings of all sensors, status bar, consoles), what was printed,
+and pictures of the scene at the start and at the end. `compare` names every file that differs, with the first step in
+which two traces part. A change that is meant to keep behaviour leaves all files equal.
 """
 
 import argparse
@@ -23,7 +23,7 @@ VIEWS = {"start": ("0", "-3,-4,3"), "end": (SECONDS, "4,-3,2.5")}
 
 
 def scenes():
-    found = [*ROOT.glob("scenes/*/*.toml"), *ROOT.glob("plugins/*/*/demo.toml")]
+    found = [*ROOT.glob("scenes/*/*.toml"), *ROOT.glob("plugins/*/*/demo.toml"), *ROOT.glob("models/*/demo.toml")]
     return sorted(p.relative_to(ROOT) for p in found)
 
 

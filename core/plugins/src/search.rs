@@ -32,6 +32,17 @@ fn stem(name: &str) -> Option<&str> {
     Some(stem.strip_prefix(std::env::consts::DLL_PREFIX).unwrap_or(stem)).filter(|s| s.starts_with("tatu_"))
 }
 
+/// Returns the folders with the models that come with a program in `dir`.
+fn models_around(dir: &Path) -> Vec<PathBuf> {
+    let mut models = vec![dir.join("models")];
+    models.extend(dir.parent().map(|up| up.join("share/tatu/models")));
+    // Beside `deps` the program is one that cargo has built, in `target/PROFILE` of the repository.
+    if dir.join("deps").is_dir() {
+        models.extend(dir.parent().and_then(Path::parent).map(|root| root.join("models")));
+    }
+    models
+}
+
 /// The search path. If several plugins have the same id, the first one wins.
 #[derive(Debug, Clone, Default)]
 pub struct Search {
@@ -76,7 +87,8 @@ impl Copies {
 }
 
 impl Search {
-    /// Returns the usual search path of a program: the folders of the environment variable, then those around `exe`.
+    /// Returns the usual search path of a program: the folders of the environment variable, then those around `exe`;
+    /// models are searched only around `exe`.
     pub fn standard(exe: Option<&Path>, environment: Option<&std::ffi::OsStr>, built: &[&str]) -> Self {
         let mut folders: Vec<_> = environment
             .map(|path| std::env::split_paths(path).filter(|p| !p.as_os_str().is_empty()).collect::<Vec<_>>())
@@ -91,7 +103,8 @@ impl Search {
                 folders.push((up.join("lib/tatu/plugins"), Source::Installed));
             }
         }
-        Search { folders, built: built.iter().map(|s| (*s).to_owned()).collect(), ..Search::default() }
+        let models = exe.and_then(Path::parent).map(models_around).unwrap_or_default();
+        Search { folders, built: built.iter().map(|s| (*s).to_owned()).collect(), models, ..Search::default() }
     }
 
     /// Adds a folder that a scene names, before the user's own folder.

@@ -197,7 +197,7 @@ fn lists_have_their_fields() {
         assert!(!p["kinds"].as_array().unwrap().is_empty(), "{p}");
     }
     let ids: Vec<&str> = plugins.iter().map(|p| p["id"].as_str().unwrap()).collect();
-    for id in ["tatu.commands.vrep", "tatu.robot.pioneer_p3dx", "tatu.script.lua", "tatu.sensor.proximity"] {
+    for id in ["tatu.commands.vrep", "tatu.models.folder", "tatu.script.lua", "tatu.sensor.proximity"] {
         assert!(ids.contains(&id), "{id} is not in {ids:?}");
     }
     assert!(list("models").iter().any(|m| m["id"] == "pioneer_p3dx"));

@@ -33,8 +33,12 @@ fn scenes_run() {
 #[test]
 fn demos_run_and_say_something_each_second() {
     let mut found = 0;
-    for kind in ["sensors", "actuators", "robots", "models", "importers", "services", "views"] {
-        for plugin in std::fs::read_dir(root().join("plugins").join(kind)).unwrap() {
+    for kind in ["sensors", "actuators", "robots", "models", "importers", "services", "views"]
+        .map(|kind| format!("plugins/{kind}"))
+        .into_iter()
+        .chain(["models".to_owned()])
+    {
+        for plugin in std::fs::read_dir(root().join(kind)).unwrap() {
             let plugin = plugin.unwrap().path();
             let demo = plugin.join("demo.toml");
             // The README of a binary format states that there is no demo.

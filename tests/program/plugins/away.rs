@@ -13,6 +13,13 @@ fn copied() -> (Place, PathBuf) {
     (place, exe)
 }
 
+/// Puts the models where an installed program has them, or beside the program.
+fn with_models(place: &Place, folder: &str) -> PathBuf {
+    let to = place.path().join(folder);
+    copy(&root().join("models"), &to);
+    to
+}
+
 /// Returns the stems of the libraries that belong to the program, from the manifest.
 fn libraries() -> Vec<String> {
     let manifest = fs::read_to_string(root().join("Cargo.toml")).unwrap();
@@ -54,8 +61,13 @@ fn each_way_back_works() {
     {
         let to = put(folder);
         let env: Vec<(&str, &str)> = env.map(|e| ("TATU_PLUGIN_PATH", e)).into_iter().collect();
-        let done = run(&exe, place.path(), &["run", "scene.toml", "--steps", "1"], &env).good();
-        assert!(!done.err.contains("missing"), "{folder}: {}", done.err);
+        for models in ["share/tatu/models", "bin/models"] {
+            let models = with_models(&place, models);
+            let done = run(&exe, place.path(), &["run", "scene.toml", "--steps", "1"], &env).good();
+            assert!(!done.err.contains("missing"), "{folder}: {}", done.err);
+            fs::remove_dir_all(models).unwrap();
+        }
+        run(&exe, place.path(), &["check", "scene.toml"], &env).refused(&["pioneer_p3dx", "scene.toml:"]);
         fs::remove_dir_all(to).unwrap();
     }
 }
@@ -68,6 +80,7 @@ fn one_missing_library_is_told_by_name() {
     for name in libraries().iter().filter(|n| !n.contains("proximity")) {
         fs::copy(program().with_file_name("deps").join(library(name)), plugins.join(library(name))).unwrap();
     }
+    with_models(&place, "share/tatu/models");
     let done = run(&exe, place.path(), &["run", "scene.toml"], &[]);
     done.refused(&[&library("tatu_sensors_proximity"), "proximity"]);
     assert!(!done.err.contains(&library("tatu_scripts_lua")), "what is there is not missing: {}", done.err);

@@ -45,6 +45,8 @@ fn scene_for(function: &str) -> (String, &'static str) {
         "tatu_sensor.finish" => return (format!("{sensor}noise = {{ number = {{ sigma = 0.1 }} }}\n"), "/eye"),
         "tatu_life.configure:sensor" => return (format!("{sensor}{}", setter("/eye")), "/eye"),
         "tatu_life.configure:actuator" => return (format!("{actuator}{}", setter("/ball/engine")), "/ball/engine"),
+        // It is asked about the robot's meshes as well, which come first.
+        "tatu_importer.sniff" => return ("[[import]]\nfile = \"thing.misbehaves\"\n".into(), "the import of "),
         "tatu_language.knows_dialect" => {
             return (script.replace("}\n", ", dialect = \"strange\" }\n"), "the dialect `strange`");
         }

@@ -2,6 +2,11 @@
 
 mod course;
 mod course_scenes;
+mod flat;
 pub mod manta;
+mod manta_model;
+mod pioneer_geometry;
+mod pioneer_model;
 mod pioneer_p3dx;
+mod pioneer_sonars;
 mod thruster;

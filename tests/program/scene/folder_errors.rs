@@ -55,6 +55,11 @@ fn errors_in_declarations_are_at_their_line() {
     refused("default = 0.4", "default = 4.0", &["E111", "4 is not within 0.1 to 2"]);
     lacks("default = 0.4\n", "type = \"float\"", &["E111", "`length` has no default"]);
     refused("default = \"plain\"", "default = \"plane\"", &["E111", "expected one of plain, bright"]);
+    let length = "default = 0.4";
+    refused(length, "default = \"=1 + true\"", &["E111", "does not work between the number 1 and true"]);
+    refused(length, "default = \"=2 + 2\"", &["E111", "4 is not within 0.1 to 2"]);
+    refused(length, "default = \"='a'\"", &["E111", "`default`: expected a number, found the text 'a'"]);
+    refused(length, "default = \"=look\"", &["E111", "no parameter or number `look`"]);
     refused("range = [0.1, 2.0]", "range = [2.0, 0.1]", &["E111", "2 is greater than 0.1"]);
     refused("numbers.paint]", "numbers.pi]", &["E111", "`pi` has a meaning in expressions"]);
     refused("numbers.paint]", "numbers.length]", &["E111", "`length` is both a parameter and a number"]);

@@ -106,15 +106,22 @@ fn the_first_folder_wins_and_conflicts_are_told() {
     std::fs::remove_dir_all(place.path().join("given")).unwrap();
     check("size_m = [0.3, 0.3, 0.3]");
 
-    let place = Place::scene("[[model]]\nmodel = \"gps\"\n");
-    place.write("models/gps/model.toml", CLAW);
-    place.tatu(&["check", "scene.toml"]).refused(&["E322", "tatu.models.folder", "[providers]"]);
-    let chosen = |by: &str| format!("[providers]\n\"gps\" = \"{by}\"\n[[model]]\nmodel = \"gps\"\n");
-    let place = Place::scene(&chosen("tatu.models.folder"));
-    place.write("models/gps/model.toml", CLAW);
-    assert!(flat(&place, &[]).contains("\"tip\""));
-    place.write("scene.toml", &format!("format = 1\n{}", chosen("tatu.model.sensors")));
-    assert!(!flat(&place, &[]).contains("\"tip\""));
+    let library = library("tatu_testing_misbehaves_safely");
+    let scene = |chosen: &str| {
+        let place = Place::scene(&format!("{chosen}[[model]]\nmodel = \"misbehaves_safely\"\n"));
+        place.write("models/misbehaves_safely/model.toml", CLAW).write("more/readme", "");
+        std::fs::copy(program().with_file_name("deps").join(&library), place.path().join("more").join(&library))
+            .unwrap();
+        let done =
+            run(program(), place.path(), &["convert", "scene.toml", "flat.toml"], &[("TATU_PLUGIN_PATH", "more")]);
+        (place, done)
+    };
+    scene("").1.refused(&["E322", "tatu.models.folder", "[providers]"]);
+    for (by, tip) in [("tatu.models.folder", true), ("tatu.testing.misbehaves_safely", false)] {
+        let (place, done) = scene(&format!("[providers]\n\"misbehaves_safely\" = \"{by}\"\n"));
+        done.good();
+        assert_eq!(place.read("flat.toml").contains("\"tip\""), tip, "{by}");
+    }
 }
 
 const TWO: &str = "[[model]]\nmodel = \"rover\"\nslots = { front = { model = \"claw\" } }\n\

@@ -16,7 +16,8 @@ pub fn registry() -> Arc<Registry> {
         "tatu_commands_simui",
         "tatu_scripts_lua",
         "tatu_sensors_proximity",
-        "tatu_robots_pioneer_p3dx",
+        "tatu_models_folder",
+        "tatu_importers_mesh",
     ];
     Arc::new(Registry::load(Search::standard(Some(program()), None, &names), tatu_core::host_tables()))
 }

@@ -18,7 +18,8 @@ fn registry() -> Arc<Registry> {
         "tatu_commands_vrep",
         "tatu_scripts_lua",
         "tatu_sensors_proximity",
-        "tatu_robots_pioneer_p3dx",
+        "tatu_models_folder",
+        "tatu_importers_mesh",
         "tatu_services_jsonl",
     ];
     Arc::new(Registry::load(Search::standard(Some(program()), None, &names), tatu_core::host_tables()))

@@ -34,7 +34,7 @@ struct Args {
 
 /// Libraries of the plugins that this program's manifest lists.
 const PLUGINS: &[&str] =
-    &["tatu_commands_vrep", "tatu_scripts_lua", "tatu_sensors_proximity", "tatu_robots_pioneer_p3dx"];
+    &["tatu_commands_vrep", "tatu_scripts_lua", "tatu_sensors_proximity", "tatu_models_folder", "tatu_importers_mesh"];
 
 fn main() -> ExitCode {
     let args = Args::parse();

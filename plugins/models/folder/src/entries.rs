@@ -19,9 +19,13 @@ const MOST_REPEATS: f64 = 10_000.0;
 /// everything below it, in the order of the file.
 pub fn texts(model: &Model, params: &Params<'_>) -> Result<Vec<String>> {
     let mut names = Names::new();
-    for key in &model.params {
+    for (key, computed) in &model.params {
         let given = params.get(key).and_then(|v| v.to_value()).map_err(|e| Wrong::new(e.text()))?;
-        names.extend(Value::of_host(&given).map(|v| (key.clone(), v)));
+        let value = match (Value::of_host(&given), computed) {
+            (None, Some(computed)) => Some(computed.value(&names)?),
+            (value, _) => value,
+        };
+        names.extend(value.map(|v| (key.clone(), v)));
     }
     for (name, value, span) in &model.numbers {
         let value = value_of(value, &names).map_err(|e| e.at(Some(span.clone())))?;

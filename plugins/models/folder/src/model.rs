@@ -7,7 +7,7 @@ use toml_edit::{Document, Item, TableLike};
 
 use crate::{
     expression::Value,
-    params,
+    params::{self, Computed},
     sections::{self, Entry, Section},
     table::{each, is_name, named_at, only, optional, required, sub_table, texts},
     wrong::{Result, Wrong},
@@ -25,8 +25,8 @@ pub struct Model {
     pub entries: Vec<Entry>,
     /// Index of the entry that is the base.
     pub base: usize,
-    /// Keys of its parameters.
-    pub params: Vec<String>,
+    /// Keys of its parameters, and defaults that depend on others.
+    pub params: Vec<(String, Option<Computed>)>,
     /// Its constants, which may be expressions, and where their values are written.
     pub numbers: Vec<(String, Value, Range<usize>)>,
 }
@@ -39,7 +39,7 @@ pub fn read(text: &str) -> Result<Option<(ModelInfo, Model)>> {
     let Some(table) = doc.get("model").and_then(Item::as_table_like) else { return Ok(None) };
     only(table, KEYS, "a model")?;
     let (sections, entries) = sections::divide(&doc)?;
-    let params = params::read(sub_table(table, "params")?)?;
+    let (params, computed): (Vec<Param>, Vec<_>) = params::read(sub_table(table, "params")?)?.into_iter().unzip();
     let numbers = numbers(table, &params)?;
     let info = ModelInfo {
         text: required(table, "text", "a model")?,
@@ -53,7 +53,7 @@ pub fn read(text: &str) -> Result<Option<(ModelInfo, Model)>> {
     let model = Model {
         text: text.to_owned(),
         base: base(table, &entries)?,
-        params: info.params.iter().map(|p| p.key().to_owned()).collect(),
+        params: info.params.iter().map(|p| p.key().to_owned()).zip(computed).collect(),
         numbers: numbers.into_iter().map(|(n, value, span)| (n.name, value, span)).collect(),
         sections,
         entries,

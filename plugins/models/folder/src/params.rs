@@ -1,10 +1,12 @@
 //! `[model.params]`: parameters, which are declared like those of models in code.
 
+use std::ops::Range;
+
 use tatu_plugin_api::safe::{Param, Value as Host};
 use toml_edit::{Item, TableLike};
 
 use crate::{
-    expression::Value,
+    expression::{Names, Value, evaluate},
     table::{Named, each, is_name, named_at, only, optional, required, texts},
     wrong::{Result, Wrong},
 };
@@ -30,12 +32,36 @@ const TAKEN: &[&str] = &[
     "repeat",
 ];
 
+/// A default that depends on the parameters above it.
+pub struct Computed {
+    expression: String,
+    span: Option<Range<usize>>,
+    declared: Declared,
+}
+
+/// What a value of a parameter must be.
+struct Declared {
+    kind: String,
+    count: u32,
+    choices: Vec<String>,
+    /// The declaration, if it has a range.
+    ranged: Option<Param>,
+}
+
+impl Computed {
+    /// Returns the value, given those of the parameters above it.
+    pub fn value(&self, names: &Names) -> Result<Value> {
+        let value = evaluate(&self.expression, names).and_then(|v| fallback(&self.declared, &v).map(|_| v));
+        value.map_err(|e| e.at(self.span.clone()))
+    }
+}
+
 /// Reads the parameters, in the order of the file.
-pub fn read(table: Option<&dyn TableLike>) -> Result<Vec<Param>> {
+pub fn read(table: Option<&dyn TableLike>) -> Result<Vec<(Param, Option<Computed>)>> {
     each(table, "a parameter")?.into_iter().map(param).collect()
 }
 
-fn param((key, table, place): Named<'_>) -> Result<Param> {
+fn param((key, table, place): Named<'_>) -> Result<(Param, Option<Computed>)> {
     let what = format!("the parameter `{key}`");
     is_name(key).map_err(|e| e.at(place.clone()))?;
     if TAKEN.contains(&key) {
@@ -79,9 +105,19 @@ fn param((key, table, place): Named<'_>) -> Result<Param> {
         let wrong = Wrong::new(format!("{what} has no default")).at(at("default"));
         wrong.help("every parameter has one, so that the model can be placed by its name alone")
     })?;
-    let fallback = fallback(&kind, &default, (count, &choices), table.get("range").is_some().then_some(&param));
-    let fallback = fallback.map_err(|e| e.at(at("default")))?;
-    Ok(param.choices_of(choices).default(fallback))
+    let ranged = table.contains_key("range").then(|| param.clone());
+    let declared = Declared { kind, count, choices, ranged };
+    param = param.choices_of(declared.choices.clone());
+    let default = match default {
+        Value::Text(t) if t.starts_with("==") => Value::Text(t[1..].to_owned()),
+        Value::Text(t) if t.starts_with('=') => {
+            let computed = Computed { expression: t[1..].to_owned(), span: at("default"), declared };
+            return Ok((param.optional(), Some(computed)));
+        }
+        other => other,
+    };
+    let fallback = fallback(&declared, &default).map_err(|e| e.at(at("default")))?;
+    Ok((param.default(fallback), None))
 }
 
 fn number(value: &toml_edit::Value) -> Option<f64> {
@@ -89,9 +125,10 @@ fn number(value: &toml_edit::Value) -> Option<f64> {
 }
 
 /// Returns the default as the host takes it, if it fits the declaration.
-fn fallback(kind: &str, default: &Value, (count, choices): (u32, &[String]), ranged: Option<&Param>) -> Result<Host> {
+fn fallback(declared: &Declared, default: &Value) -> Result<Host> {
+    let Declared { kind, count, choices, ranged } = declared;
     let wrong = |wanted: &str| Wrong::new(format!("`default`: expected {wanted}, found {}", default.describe()));
-    let host = match (kind, default, default.to_host()) {
+    let host = match (kind.as_str(), default, default.to_host()) {
         ("float", Value::Number(_), host) | ("bool", Value::Bool(_), host) | ("floats", _, host @ Host::Floats(_)) => {
             host
         }
@@ -110,8 +147,8 @@ fn fallback(kind: &str, default: &Value, (count, choices): (u32, &[String]), ran
         _ => return Err(wrong("a number")),
     };
     if let Host::Floats(all) = &host
-        && count != 0
-        && all.len() != count as usize
+        && *count != 0
+        && all.len() != *count as usize
     {
         return Err(wrong(&format!("{count} numbers")));
     }

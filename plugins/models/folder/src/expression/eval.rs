@@ -1,6 +1,6 @@
 //! Evaluation of expressions.
 
-use std::collections::BTreeMap;
+use std::{cell::Cell, collections::BTreeMap};
 
 use super::{functions, parse::Tree, value::Value};
 use crate::wrong::{Result, Wrong};
@@ -8,8 +8,35 @@ use crate::wrong::{Result, Wrong};
 /// The values of names.
 pub type Names = BTreeMap<String, Value>;
 
+/// Most values that the lists `[... for ...]` of an expression compute in all.
+const MOST_VALUES: usize = 10_000;
+
+/// The names that a part of an expression can use.
+#[derive(Clone, Copy)]
+pub struct Scope<'a> {
+    names: &'a Names,
+    /// The name of the innermost `for`, its value, and the scope around it.
+    inner: Option<(&'a str, &'a Value, &'a Scope<'a>)>,
+    /// How many values lists may still compute.
+    left: &'a Cell<usize>,
+}
+
+impl<'a> Scope<'a> {
+    fn get(&self, name: &str) -> Option<&'a Value> {
+        match self.inner {
+            Some((inner, value, _)) if inner == name => Some(value),
+            Some((_, _, outer)) => outer.get(name),
+            None => self.names.get(name),
+        }
+    }
+}
+
 /// Evaluates an expression.
-pub fn eval(tree: &Tree, names: &Names) -> Result<Value> {
+pub fn evaluated(tree: &Tree, names: &Names) -> Result<Value> {
+    eval(tree, &Scope { names, inner: None, left: &Cell::new(MOST_VALUES) })
+}
+
+fn eval(tree: &Tree, names: &Scope<'_>) -> Result<Value> {
     let all = |trees: &[Tree]| trees.iter().map(|t| eval(t, names)).collect::<Result<Vec<_>>>();
     match tree {
         Tree::Number(x) => Ok(Value::Number(*x)),
@@ -23,7 +50,13 @@ pub fn eval(tree: &Tree, names: &Names) -> Result<Value> {
             eval(if truth(&eval(condition, names)?, "the condition of `if`")? { yes } else { no }, names)
         }
         Tree::Call(name, args) => functions::call(name, &all(args)?),
-        Tree::Index(list, index) => element(eval(list, names)?, &eval(index, names)?),
+        Tree::Each(each, name, list) => listed(each, name, &eval(list, names)?, names),
+        Tree::Index(list, index) => {
+            // A long list is not copied for one of its elements.
+            let kept = if let Tree::Name(name) = &**list { names.get(name) } else { None };
+            let index = eval(index, names)?;
+            kept.map_or_else(|| element(&eval(list, names)?, &index), |kept| element(kept, &index))
+        }
         Tree::Negative(tree) => scaled(eval(tree, names)?, &|x| Ok(-x), "-"),
         Tree::Not(tree) => truth(&eval(tree, names)?, "what follows `not`").map(|b| Value::Bool(!b)),
         // The right side of these counts only if the left one does not decide.
@@ -55,14 +88,37 @@ pub fn eval(tree: &Tree, names: &Names) -> Result<Value> {
     }
 }
 
-fn named(name: &str, names: &Names) -> Result<Value> {
+/// Returns the list of what an expression yields for each element of a list, or for 0 to n - 1.
+fn listed(each: &Tree, name: &str, of: &Value, scope: &Scope<'_>) -> Result<Value> {
+    let value = |value: &Value| {
+        let left = scope.left.get().checked_sub(1);
+        scope
+            .left
+            .set(left.ok_or_else(|| Wrong::new(format!("lists with `for` have more than {MOST_VALUES} values")))?);
+        eval(each, &Scope { inner: Some((name, value, scope)), ..*scope })
+    };
+    match of {
+        Value::List(all) => all.iter().map(value).collect::<Result<_>>().map(Value::List),
+        Value::Number(n) if *n >= 0.0 && *n == libm::floor(*n) => {
+            let n = n.min(MOST_VALUES as f64 + 1.0) as usize;
+            (0..n).map(|i| value(&Value::Number(i as f64))).collect::<Result<_>>().map(Value::List)
+        }
+        other => {
+            let wrong =
+                Wrong::new(format!("`for {name} in`: expected a list or a whole number, found {}", other.describe()));
+            Err(wrong.help(format!("`for {name} in 3` counts 0, 1, 2")))
+        }
+    }
+}
+
+fn named(name: &str, names: &Scope<'_>) -> Result<Value> {
     match (name, names.get(name)) {
         (_, Some(value)) => Ok(value.clone()),
         ("pi", _) => Ok(Value::Number(std::f64::consts::PI)),
         ("true", _) => Ok(Value::Bool(true)),
         ("false", _) => Ok(Value::Bool(false)),
         _ => {
-            let known = names.keys().map(String::as_str).chain(["pi"]);
+            let known = names.names.keys().map(String::as_str).chain(["pi"]);
             Err(Wrong::new(format!("there is no parameter or number `{name}`")).known(name, known))
         }
     }
@@ -76,16 +132,16 @@ pub fn truth(value: &Value, what: &str) -> Result<bool> {
     }
 }
 
-fn element(list: Value, index: &Value) -> Result<Value> {
-    let (Value::List(mut all), Value::Number(i)) = (list.clone(), index) else {
+fn element(list: &Value, index: &Value) -> Result<Value> {
+    let (Value::List(all), Value::Number(i)) = (list, index) else {
         let text = format!("an element of {} cannot be taken by {}", list.describe(), index.describe());
         return Err(Wrong::new(text).help("elements of lists are numbered from 0"));
     };
-    if *i < 0.0 || *i >= all.len() as f64 || *i != libm::floor(*i) {
+    let at = if *i >= 0.0 && *i == libm::floor(*i) { all.get(*i as usize) } else { None };
+    at.cloned().ok_or_else(|| {
         let text = format!("there is no element {i} in a list of {}", all.len());
-        return Err(Wrong::new(text).help("elements of lists are numbered from 0"));
-    }
-    Ok(all.swap_remove(*i as usize))
+        Wrong::new(text).help("elements of lists are numbered from 0")
+    })
 }
 
 fn equal(a: &Value, b: &Value) -> Result<bool> {

@@ -22,13 +22,13 @@ const ONE: &[(&str, OfOne)] = &[
 /// Names that parameters and constants cannot have.
 pub const RESERVED: &[&str] = &[
     "abs", "sqrt", "sin", "cos", "tan", "asin", "acos", "deg", "rad", "floor", "ceil", "atan2", "min", "max", "len",
-    "text", "if", "pi", "true", "false", "not", "and", "or", "index",
+    "flat", "text", "if", "pi", "true", "false", "not", "and", "or", "for", "in", "index",
 ];
 
 /// Names of all functions.
 pub const FUNCTIONS: &[&str] = &[
     "abs", "sqrt", "sin", "cos", "tan", "asin", "acos", "deg", "rad", "floor", "ceil", "atan2", "min", "max", "len",
-    "text", "if",
+    "flat", "text", "if",
 ];
 
 /// Calls a function other than `if`, whose arguments are evaluated first.
@@ -55,6 +55,13 @@ pub fn call(name: &str, args: &[Value]) -> Result<Value> {
             [Value::List(all)] => Ok(Value::Number(all.len() as f64)),
             _ => Err(wrong("one list")),
         },
+        "flat" => {
+            let inner = |v: &Value| if let Value::List(all) = v { all.clone() } else { vec![v.clone()] };
+            match args {
+                [Value::List(all)] => Ok(Value::List(all.iter().flat_map(inner).collect())),
+                _ => Err(wrong("one list")),
+            }
+        }
         "min" | "max" => {
             let args = if let [Value::List(all)] = args { all } else { args };
             let numbers = args.iter().map(|v| if let Value::Number(x) = v { Some(*x) } else { None });

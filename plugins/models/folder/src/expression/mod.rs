@@ -16,7 +16,7 @@ use crate::wrong::Result;
 
 /// Evaluates an expression, which is written without its `=`.
 pub fn evaluate(text: &str, names: &Names) -> Result<Value> {
-    eval::eval(&parse::parse(text)?, names)
+    eval::evaluated(&parse::parse(text)?, names)
 }
 
 #[cfg(test)]

@@ -10,9 +10,10 @@
 //! -x
 //! ^                           (from right to left)
 //! x[i]
-//! 1.5  'text'  name  name(a, b)  (x)  [a, b]
+//! 1.5  'text'  name  name(a, b)  (x)  [a, b]  [x for name in y]
 //! ```
 
+use super::functions::RESERVED;
 use crate::wrong::{Result, Wrong};
 
 /// Maximum nesting depth.
@@ -26,6 +27,8 @@ pub enum Tree {
     Name(String),
     List(Vec<Tree>),
     Call(String, Vec<Tree>),
+    /// A value, and the name that stands for each element of a list in it.
+    Each(Box<Tree>, String, Box<Tree>),
     Index(Box<Tree>, Box<Tree>),
     Negative(Box<Tree>),
     Not(Box<Tree>),
@@ -137,18 +140,46 @@ impl Parser<'_> {
             return Ok(inner);
         }
         if self.takes("[") {
-            return self.list("]").map(Tree::List);
+            return self.elements();
         }
-        let end = rest.find(|c: char| !c.is_ascii_alphanumeric() && c != '_').unwrap_or(rest.len());
-        if end == 0 {
-            return Err(Wrong::new(format!("expected a value, found `{rest}`")));
-        }
-        let name = rest[..end].to_owned();
-        self.rest = &rest[end..];
+        let name = self.word()?;
         match self.takes("(") {
             true => self.list(")").map(|args| Tree::Call(name, args)),
             false => Ok(Tree::Name(name)),
         }
+    }
+
+    /// Reads a list after its bracket: its elements, or `x for name in y`.
+    fn elements(&mut self) -> Result<Tree> {
+        if self.takes("]") {
+            return Ok(Tree::List(Vec::new()));
+        }
+        let first = self.any()?;
+        if self.takes("for") {
+            let name = self.word()?;
+            if RESERVED.contains(&name.as_str()) {
+                return Err(Wrong::new(format!("`{name}` has a meaning in expressions")).help("choose another name"));
+            }
+            self.needs("in")?;
+            let list = self.any()?;
+            self.needs("]")?;
+            return Ok(Tree::Each(first.into(), name, list.into()));
+        }
+        let mut all = vec![first];
+        while self.takes(",") {
+            all.push(self.any()?);
+        }
+        self.needs("]").map(|()| Tree::List(all))
+    }
+
+    fn word(&mut self) -> Result<String> {
+        let rest = self.rest.trim_start();
+        let end = rest.find(|c: char| !c.is_ascii_alphanumeric() && c != '_').unwrap_or(rest.len());
+        if end == 0 {
+            return Err(Wrong::new(format!("expected a value, found `{rest}`")));
+        }
+        self.rest = &rest[end..];
+        Ok(rest[..end].to_owned())
     }
 
     fn number(&mut self) -> Result<Tree> {

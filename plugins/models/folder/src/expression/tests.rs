@@ -49,6 +49,13 @@ fn expressions_yield_what_arithmetic_says() {
         ("'leg_' + text(count)", "\"leg_3\""),
         ("'a\"' + preset", "\"a\\\"wide\""),
         ("order", "1.0"),
+        ("[2 * i for i in 3]", "[0.0, 2.0, 4.0]"),
+        ("[p[1] - p[0] for p in poses]", "[1.0, 1.0]"),
+        ("[[x + length for x in p] for p in poses][1]", "[3.4, 4.4]"),
+        ("[x for x in []]", "[]"),
+        ("flat([0, [1, 2], [[3]]])", "[0.0, 1.0, 2.0, [3.0]]"),
+        ("flat([[i, 10 * i] for i in 2])", "[0.0, 0.0, 1.0, 10.0]"),
+        ("[for_x for for_x in 1]", "[0.0]"),
     ] {
         let mut names = names();
         names.insert("order".into(), Value::Number(1.0));
@@ -80,6 +87,13 @@ fn errors_say_what_is_wrong_and_what_to_do() {
         ("1 < 2 < 3", "found `< 3`", ""),
         ("10 ^ 400", "not a finite number", ""),
         ("color + [1]", "`+` does not work between a list of 3 and a list of 1", ""),
+        ("[i for i in 1.5]", "expected a list or a whole number, found the number 1.5", "`for i in 3` counts"),
+        ("[i for pi in 3]", "`pi` has a meaning", ""),
+        ("[i for i of 3]", "expected `in`", ""),
+        ("flat(1)", "`flat` takes one list, found the number 1", ""),
+        ("[j for i in 3]", "no parameter or number `j`", ""),
+        ("[i for i in 10001]", "more than 10000 values", ""),
+        ("len([[i for i in 200] for k in 200])", "more than 10000 values", ""),
         ("ä", "expected a value, found `ä`", ""),
     ] {
         let e = evaluate(text, &names()).unwrap_err();
