@@ -2,6 +2,7 @@
 
 use std::{
     fmt::Write as _,
+    io::Write as _,
     path::{Path, PathBuf},
     process::ExitCode,
 };
@@ -10,7 +11,7 @@ use sha2::{Digest, Sha256};
 use tatu_core::{
     document::{Options, Sources},
     errors::Error,
-    plugins::{Registry, assets_folder},
+    plugins::{MODEL_FILE, Registry, assets_folder},
 };
 use tatu_plugin_api::safe::{MOST_BYTES, read_plain};
 use toml_edit::{ArrayOfTables, DocumentMut, Item, Table, value};
@@ -47,8 +48,7 @@ pub fn lock(args: &Lock) -> Result<ExitCode, Error> {
     let now = Locked::of(&registry, &document.sources, &args.scene)?;
     let file = args.scene.with_extension("lock");
     if !args.check {
-        let text = now.to_toml();
-        std::fs::write(&file, text).map_err(|e| Error::new("E105", format!("cannot write {}: {e}", file.display())))?;
+        replace(&file, &now.to_toml())?;
         let (plugins, models) = (now.plugins.len(), now.models.len());
         report::out!("{}: plugins: {plugins}, models: {models}, other files: {}", file.display(), now.files.len());
         return Ok(ExitCode::SUCCESS);
@@ -76,22 +76,28 @@ impl Locked {
             let mut hash = Sha256::new();
             hash.update(contents(&p.path)?);
             if let Some(folder) = assets_folder(&p.path).filter(|f| f.is_dir()) {
-                hash_folder(&folder, &folder, &mut hash)?;
+                hash_folder(&folder, "", &mut hash, DEEPEST)?;
             }
             let hash = hexadecimal(&hash.finalize());
             locked.plugins.push(Entry { name: p.id.clone(), version: Some(p.version.clone()), hash });
         }
+        let files = sources.files();
+        let models: Vec<&Path> =
+            files.iter().filter(|(path, _)| is_model(path)).filter_map(|(path, _)| path.parent()).collect();
         let here = scene.parent().unwrap_or(Path::new(""));
-        for (path, bytes) in sources.files() {
+        for (path, bytes) in &files {
             // Where names of models were found is not a file.
             if path.to_string_lossy().starts_with('<') {
                 continue;
             }
-            let shown = path.strip_prefix(here).unwrap_or(&path);
-            // Lock files are compared on other systems.
-            let name = shown.components().map(|c| c.as_os_str().to_string_lossy()).collect::<Vec<_>>().join("/");
-            let entry = Entry { name, version: None, hash: hexadecimal(&Sha256::digest(&bytes)) };
-            match path.file_name().is_some_and(|n| n == "model.toml") {
+            // Files of models have the same names wherever their folder is.
+            let folder = models.iter().find(|m| path.starts_with(m));
+            let name = match folder.and_then(|m| Some((m.file_name()?, path.strip_prefix(m).ok()?))) {
+                Some((model, rest)) => format!("models/{}/{}", model.to_string_lossy(), portable(rest)),
+                None => portable(path.strip_prefix(here).unwrap_or(path)),
+            };
+            let entry = Entry { name, version: None, hash: hexadecimal(&Sha256::digest(bytes)) };
+            match is_model(path) {
                 true => locked.models.push(entry),
                 false => locked.files.push(entry),
             }
@@ -181,24 +187,76 @@ impl Locked {
     }
 }
 
+/// Writes the record beside the old one, which it then replaces, so that a failure loses neither. Whatever else has the
+/// file's name is left alone.
+fn replace(file: &Path, text: &str) -> Result<(), Error> {
+    let taken = |why: String| {
+        Error::new("E105", format!("cannot write {}: {why}", file.display()))
+            .help("rename that file, or the scene: the record has the scene's name and ends with `.lock`")
+    };
+    // A link would be replaced, or followed to a file that is not ours.
+    match std::fs::symlink_metadata(file) {
+        Err(_) => {}
+        Ok(about) if !about.is_file() => return Err(taken("something else has this name".to_owned())),
+        Ok(_) => {
+            let old = read_plain(file, MOST_BYTES).map_err(|e| taken(e.to_string()))?;
+            Locked::parse(file, &String::from_utf8_lossy(&old))
+                .ok()
+                .filter(|old| !old.tatu.is_empty())
+                .ok_or_else(|| taken("the file there was not written by `tatu lock`".to_owned()))?;
+        }
+    }
+    let fail = |e: std::io::Error| Error::new("E105", format!("cannot write {}: {e}", file.display()));
+    let folder = file.parent().filter(|f| !f.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let mut new = tempfile::Builder::new().prefix(".tatu-").tempfile_in(folder).map_err(fail)?;
+    new.write_all(text.as_bytes()).map_err(fail)?;
+    #[cfg(unix)]
+    {
+        use std::os::unix::fs::PermissionsExt;
+        new.as_file().set_permissions(std::fs::Permissions::from_mode(0o644)).map_err(fail)?;
+    }
+    new.as_file().sync_all().map_err(fail)?;
+    new.persist(file).map_err(|e| fail(e.error))?;
+    Ok(())
+}
+
 fn contents(file: &Path) -> Result<Vec<u8>, Error> {
     read_plain(file, MOST_BYTES).map_err(|e| Error::new("E105", format!("cannot read {}: {e}", file.display())))
 }
 
-/// Adds the names and contents of all files of a folder, in order.
-fn hash_folder(root: &Path, folder: &Path, hash: &mut Sha256) -> Result<(), Error> {
+fn is_model(path: &Path) -> bool {
+    path.file_name().is_some_and(|n| n == MODEL_FILE)
+}
+
+/// Returns a path as it is written on all systems.
+fn portable(path: &Path) -> String {
+    path.components().map(|c| c.as_os_str().to_string_lossy()).collect::<Vec<_>>().join("/")
+}
+
+/// Maximum nesting depth of a folder. A link to a folder above would nest endlessly.
+const DEEPEST: usize = 16;
+
+/// Adds the names, lengths and contents of all files of a folder, in order; links count as what they lead to, since
+/// plugins read that.
+fn hash_folder(folder: &Path, within: &str, hash: &mut Sha256, depth: usize) -> Result<(), Error> {
     let fail = |e: std::io::Error| Error::new("E105", format!("cannot read {}: {e}", folder.display()));
+    if depth == 0 {
+        return Err(fail(std::io::Error::other(format!("folders nest more than {DEEPEST} deep"))));
+    }
     let entries = std::fs::read_dir(folder).map_err(fail)?;
     let mut all: Vec<PathBuf> = entries.map(|e| e.map(|e| e.path())).collect::<Result<_, _>>().map_err(fail)?;
     all.sort();
     for path in all {
-        // Links are not followed, so that a folder that contains itself ends.
-        let about = std::fs::symlink_metadata(&path).map_err(fail)?;
-        if about.is_dir() {
-            hash_folder(root, &path, hash)?;
-        } else if about.is_file() {
-            hash.update(path.strip_prefix(root).unwrap_or(&path).to_string_lossy().as_bytes());
-            hash.update(contents(&path)?);
+        let name = format!("{within}/{}", path.file_name().unwrap_or_default().to_string_lossy());
+        if path.is_dir() {
+            hash_folder(&path, &name, hash, depth - 1)?;
+            continue;
+        }
+        let contents = contents(&path)?;
+        // With their lengths, no two folders give the same bytes.
+        for part in [name.as_bytes(), &contents] {
+            hash.update((part.len() as u64).to_le_bytes());
+            hash.update(part);
         }
     }
     Ok(())

@@ -34,6 +34,25 @@ fn a_lock_tells_what_has_changed() {
     place.tatu(&["lock", "scene.toml", "--check"]).refused(&["E100", "scene.lock", "`plugin` is no list of tables"]);
 }
 
+#[cfg(unix)]
+#[test]
+fn a_lock_replaces_only_locks() {
+    let place = Place::scene(&watcher("d", ""));
+    let lock = place.path().join("scene.lock");
+    let text = place.read("scene.toml");
+    place.write("scene.lock", "version = 4\n");
+    place.tatu(&["lock", "scene.toml"]).refused(&["E105", "was not written by `tatu lock`"]);
+    assert_eq!(place.read("scene.lock"), "version = 4\n");
+    std::fs::remove_file(&lock).unwrap();
+    std::os::unix::fs::symlink("scene.toml", &lock).unwrap();
+    place.tatu(&["lock", "scene.toml"]).refused(&["E105", "something else has this name"]);
+    std::fs::remove_file(&lock).unwrap();
+    succeed(std::process::Command::new("mkfifo").arg(&lock));
+    place.tatu(&["lock", "scene.toml"]).refused(&["E105", "something else has this name"]);
+    place.tatu(&["lock", "scene.toml", "--check"]).refused(&["E105", "not a plain file"]);
+    assert_eq!(place.read("scene.toml"), text);
+}
+
 #[test]
 fn a_scene_tells_which_plugin_it_needs() {
     let scene = |needs: &str| Place::scene(&format!("needs = {needs}\n{}", watcher("d", ""))).run(&["--steps", "1"]);
