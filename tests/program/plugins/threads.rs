@@ -131,3 +131,16 @@ fn a_script_that_has_ended_gets_no_result() {
     let done = with_slow(script).run(&["--steps", "1"]).good();
     assert!(!done.err.contains("never"), "{}", done.err);
 }
+
+#[test]
+fn a_wait_from_a_snapshot_ends_with_an_error() {
+    let script = "function sysCall_thread()
+            local ok, text = pcall(slow.square, 2)
+            print('it says ' .. tostring(text))
+        end";
+    let place = with_slow(script);
+    // The snapshot is taken in the first step, and the thread takes 30 ms.
+    place.run(&["--steps", "1", "--snapshot-at", "0.05", "half"]);
+    let done = place.run(&["--from", "half", "--steps", "10"]);
+    done.tells(&["it says", "the result of the thread was lost"]);
+}

@@ -268,6 +268,7 @@ static tatu_status apply(void *self, const tatu_actuator_batch *b, tatu_error *e
     told[0] = c[0];
     told[1] = b->joint[2 * i + 1];
     if (c[1] == 4) told[b->lengths[i][0]] = 1;
+    if (c[1] == 5) told[1] = sqrt(-1.0 - b->dt);
   }
   return TATU_OK;
 }
@@ -488,4 +489,6 @@ fn what_an_actuator_reports_is_read_as_a_sensor_is() {
     }
     let place = with_motor(&jointed("motor", "revolute", "fail = 4.0"));
     place.run(&["--seconds", "0.2"]).tells(&["beside the fields that it reports", "org.example.motor"]);
+    let place = with_motor(&jointed("motor", "revolute", "fail = 5.0"));
+    place.run(&["--seconds", "0.2"]).tells(&["`motor.state` is not a number", "org.example.motor"]);
 }

@@ -191,3 +191,32 @@ fn a_battery_keeps_its_charge_when_its_load_changes_and_can_be_recharged() {
     assert!((charge(12) - charge(11) + of_current(1.0)).abs() < 1e-12);
     assert!((charge(21) - 0.75).abs() < 2.0 * of_current(1.0), "{}", charge(21));
 }
+
+#[test]
+fn a_sensor_whose_object_is_removed_is_switched_off_and_named() {
+    let pad = cuboid("pad", [0.2; 3], [1.0, 0.0, 0.1], "dynamic = true\nrespondable = true\nmass_kg = 1.0");
+    let body = cuboid("box", [0.2; 3], [0.0, 0.0, 0.1], "dynamic = true\nrespondable = true\nmass_kg = 5.0");
+    let script = "function sysCall_actuation()
+            n = (n or 0) + 1
+            if n == 5 then sim.removeObject(sim.getObject('/pad')) end
+        end";
+    let feeler = sensor("contact", "/box", "shape = \"/pad\"");
+    let place = Place::scene(&format!("{FLOOR}{pad}{body}{feeler}{}", watcher("remover", script)));
+    let done = place.run(&["--steps", "10", "--trace", "t.jsonl", "--watch", "/box/contact"]);
+    done.tells(&["/box/contact", "the object that it feels does not exist, or has been removed"]);
+    assert_eq!(done.err.matches("the object that it feels").count(), 1, "{}", done.err);
+    let forces: Vec<f64> =
+        place.lines("t.jsonl").iter().map(|line| line.sensor("/box/contact", "contact.normal_force")).collect();
+    assert!((forces[2] - 9.81).abs() < 0.1, "{forces:?}");
+    // It does not go on with the force of the box, which is five times that.
+    assert!(forces[4..].iter().all(|f| *f == 0.0), "{forces:?}");
+}
+
+#[test]
+fn noise_of_a_field_that_is_called_like_its_schema() {
+    let barometer = sensor("barometer", "/box", "noise = { pressure = { sigma = 30.0 } }");
+    let scene = format!("{}{barometer}", cuboid("box", [0.2; 3], [0.0, 0.0, 0.1], "dynamic = true"));
+    let lines = Place::scene(&scene).trace(&["/box/barometer"], &["--steps", "3"]);
+    let values: Vec<f64> = lines.iter().map(|line| line.sensor("/box/barometer", "pressure.pressure")).collect();
+    assert!(values.windows(2).all(|v| (v[0] - v[1]).abs() > 0.5), "{values:?}");
+}
