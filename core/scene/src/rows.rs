@@ -171,7 +171,7 @@ rows! {
     BreakCount "force_sensor.break_count" FORCE_SENSOR, TATU_I64 0 None, Live FREE, "How many consecutive values must exceed the threshold; default 1.";
     Broken "force_sensor.broken" FORCE_SENSOR, TATU_BOOL 0 None, Rebuilds FREE, "Whether it is broken and no longer connects anything; default false.";
     SensorKind "sensor.kind" SENSOR, TATU_TEXT 0 None, ReadOnly FREE, "The kind of sensor.";
-    Explicit "sensor.explicit" SENSOR, TATU_BOOL 0 None, Live FREE, "Whether it measures only on request; default false.";
+    Explicit "sensor.explicit" SENSOR, TATU_BOOL 0 None, Live FREE, "Whether it measures only on request, unless it feels; default false.";
     Preset "sensor.preset" SENSOR, TATU_TEXT 0 None, Live FREE, "Name of a group of settings of its kind; setting it applies all of them at that moment; default: none.";
     Rate "sensor.rate" SENSOR, TATU_F64 0 Some("Hz"), Live FREE, "Greatest rate at which it measures; 0: in each step; default 0.";
     Noise "sensor.noise" SENSOR, TATU_TEXT 0 None, Live FREE, "Noise of its fields, as TOML; setting it changes the fields that it names; empty or `none` removes all noise; default: none.";
