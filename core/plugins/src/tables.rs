@@ -158,7 +158,7 @@ pub unsafe fn label(s: *const c_char) -> Option<String> {
     (!s.is_null()).then(|| texts::label(unsafe { CStr::from_ptr(s) }.to_bytes()))
 }
 
-/// Returns the names of a null-terminated list, in the form that [`texts::flaw`] expects.
+/// Returns the names of a null-terminated list, in the form that `texts::flaw` expects.
 ///
 /// # Safety
 /// As for [`pointers`].

@@ -40,7 +40,7 @@ pub struct Actuator {
     pub report: Option<Report>,
 }
 
-/// The readings that an actuator reports. The device in [`Sensing`](crate::sense::Sensing) gets them after an advance.
+/// The readings that an actuator reports. The device in [`Sensing`] gets them after an advance.
 pub struct Report {
     /// The layout of the fields.
     pub layout: Rc<Layout>,
