@@ -118,7 +118,7 @@ fn base(model: &dyn TableLike, entries: &[Entry]) -> Result<usize> {
     let alias = optional(model, "base")?;
     let span = named_at(model, Some("base"));
     if entries.is_empty() {
-        return Err(Wrong::new("the model has no [[object]]"));
+        return Err(Wrong::new("the model has no [[object]]").at(named_at(model, None)));
     }
     if alias.is_empty() {
         return Ok(0);
