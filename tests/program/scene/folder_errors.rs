@@ -104,6 +104,9 @@ fn files_that_are_no_models_are_named() {
     }
     place.write("models/m/model.toml", "format = 1\n[model]\ntext = \"T.\"\n");
     told(&["E111", "the model has no [[object]]", "models/m/model.toml:3:"]);
+    let deep = format!("format = 1\n[model]\ntext = \"T.\"\n\nx = {}{}\n", "[".repeat(500), "]".repeat(500));
+    place.write("models/m/model.toml", &deep);
+    told(&["E111", "not a TOML file", "models/m/model.toml:5:"]);
     std::fs::remove_file(place.path().join("models/m/model.toml")).unwrap();
     std::fs::create_dir(place.path().join("models/m/model.toml")).unwrap();
     told(&["E105", "cannot read the model `m`", "it is a folder", "models/m/model.toml"]);
