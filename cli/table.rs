@@ -1,17 +1,16 @@
 //! Tables on standard output.
 
 use serde_json::Value;
+use tatu_core::plugins::texts::label;
 
 use crate::report;
 
+/// Most characters of a cell: its column is as wide in every row. `--json` has the whole text.
+const LONGEST: usize = 400;
+
 /// Prints rows with columns as wide as their widest cell.
 pub fn table(rows: &[Value], columns: &[&str]) {
-    let cell = |row: &Value, column: &str| match &row[column] {
-        Value::String(s) => s.clone(),
-        Value::Array(a) => a.iter().filter_map(Value::as_str).collect::<Vec<_>>().join(", "),
-        Value::Null => String::new(),
-        other => other.to_string(),
-    };
+    let cell = |row: &Value, column: &str| cell(&row[column]);
     let widths: Vec<usize> = columns
         .iter()
         .map(|c| rows.iter().map(|r| cell(r, c).chars().count()).chain([c.len()]).max().unwrap_or(0))
@@ -22,4 +21,31 @@ pub fn table(rows: &[Value], columns: &[&str]) {
     };
     line(columns.iter().map(|c| c.to_uppercase()).collect());
     rows.iter().for_each(|r| line(columns.iter().map(|c| cell(r, c)).collect()));
+}
+
+/// Returns a value as one line that a terminal shows as it is: names and texts may be those of others' files.
+fn cell(value: &Value) -> String {
+    let text = match value {
+        Value::String(s) => s.clone(),
+        Value::Array(a) => a.iter().filter_map(Value::as_str).collect::<Vec<_>>().join(", "),
+        Value::Null => String::new(),
+        other => other.to_string(),
+    };
+    let line = label(text.as_bytes());
+    match line.char_indices().nth(LONGEST) {
+        Some((end, _)) => format!("{}...", &line[..end]),
+        None => line,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn cells_are_short_and_without_control_characters() {
+        assert_eq!(cell(&"a\u{1b}[31m\nb".into()), "a\\u{1b}[31m\\nb");
+        assert_eq!(cell(&"\u{e4}".repeat(70_000).into()), "\u{e4}".repeat(LONGEST) + "...");
+        assert_eq!(cell(&"x".repeat(LONGEST).into()), "x".repeat(LONGEST));
+    }
 }

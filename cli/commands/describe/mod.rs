@@ -54,7 +54,8 @@ pub fn describe(args: &Describe) -> ExitCode {
             &Error::new("E130", format!("there is no `{id}`"))
                 .expected("a plugin, kind of sensor or actuator, model, importer, script language, service, schema, object kind or command")
                 .help("`tatu list plugins`, `models`, `sensors`, `actuators`, `importers`, `services` and `commands` \
-                       show what is available")
+                       show what is available; models in folders are found from the folder that holds `models/`, with \
+                       `--scene FILE`, or by TATU_MODEL_PATH")
                 .nearest(id, names.iter().map(String::as_str)),
         );
         return ExitCode::from(2);

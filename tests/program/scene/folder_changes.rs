@@ -89,3 +89,46 @@ fn wrong_changes_are_refused() {
         assert!(done.err.contains("scene.toml:"), "{wrong}: {}", done.err);
     }
 }
+
+/// A model's own `[set]` moves its parts before they are replaced, a part of code or text as well as a single object.
+#[test]
+fn what_replaces_a_part_stands_where_the_model_set_it() {
+    let place = Place::scene(
+        "[[model]]\nmodel = \"outer\"\nalias = \"a\"\n\
+         replace = { tip = { kind = \"dummy\", alias = \"loop\" }, hook = { model = \"claw\", alias = \"other\" } }\n",
+    );
+    place.write("models/claw/model.toml", CLAW);
+    let object = |rest: &str| format!("[[object]]\n{rest}\n");
+    place.write(
+        "models/outer/model.toml",
+        &[
+            "format = 1\n[model]\ntext = \"T.\"\n".to_owned(),
+            object("kind = \"dummy\"\nalias = \"base\""),
+            object("kind = \"dummy\"\nalias = \"arm\"\nposition_m = [0, 0, 1]"),
+            object("kind = \"dummy\"\nalias = \"tip\"\nparent = \"./arm\"\nposition_m = [1, 0, 0]\norientation_deg = [0, 0, 90]"),
+            object("model = \"claw\"\nalias = \"hook\"\nposition_m = [0, 2, 0]"),
+            "[set]\n\"arm/tip.position_m\" = [7, 0, 0]\n\"hook.position_m\" = [0, 0, 3]\n\"arm.position_m\" = [0, 0, 5]\n"
+                .to_owned(),
+        ]
+        .concat(),
+    );
+    let text = flat(&place, &[]);
+    has(&text, "loop", &["position_m = [7.0, 0.0, 0.0]", "orientation_deg = [-0.0, 0.0, 90.0]", "parent = \"arm\""]);
+    has(&text, "other", &["position_m = [0.0, 2.0, 3.0]", "parent = \"a\""]);
+    has(&text, "arm", &["position_m = [0.0, 0.0, 5.0]"]);
+}
+
+/// Each change costs what its own model has, not what the scene has, or this test would take minutes.
+#[test]
+fn many_models_are_changed() {
+    let place = Place::scene("[[model]]\nmodel = \"crowd\"\n");
+    let dummy = |alias: &str| format!("[[object]]\nkind = \"dummy\"\nalias = \"{alias}\"\n");
+    let model = |parts: &str| format!("format = 1\n[model]\ntext = \"T.\"\n{parts}");
+    place.write("models/leaf/model.toml", &model(&(dummy("leaf") + &dummy("sub") + &dummy("second"))));
+    let change = "remove = [\"sec*\"]\nreplace = { sub = { kind = \"dummy\", alias = \"new\" } }";
+    let leaves = format!("[[object]]\nmodel = \"leaf\"\n{change}\nrepeat = 8000\n");
+    place.write("models/crowd/model.toml", &model(&(dummy("base") + &leaves)));
+    let text = flat(&place, &[]);
+    let count = |alias: &str| text.matches(&format!("alias = \"{alias}\"\n")).count();
+    assert_eq!(["leaf", "new", "sub", "second"].map(count), [8000, 8000, 0, 0]);
+}

@@ -70,3 +70,44 @@ fn errors_in_declarations_are_at_their_line() {
     refused(arm, "model = \"rover\"", &["E106", "contains itself"]);
     refused("[[object]]\nkind = \"shape\"", "[[model]]\nmodel = \"claw\"", &["E111", "duplicate key", "[[object]]"]);
 }
+
+/// What is found when all objects exist is at its line as well, though expressions and left out entries are shorter or
+/// longer in the text that is built than in the file.
+#[test]
+fn errors_found_later_are_at_their_line() {
+    let place = crate::kit::Place::scene("[[model]]\nmodel = \"m\"\n");
+    let text = "format = 1\n[model]\ntext = \"T.\"\n[model.params.n]\ntype = \"int\"\ndefault = 2\ntext = \"N.\"\n\
+                [[object]]\nkind = \"dummy\"\nalias = \"base\"\n[[object]]\nkind = \"dummy\"\nlayer = \"=1 + 0 * n\"\n";
+    let encoder = "[[object]]\nkind = \"sensor\"\nsensor = \"wheel_encoder\"\nalias = \"enc\"\njoint = \"nothing\"\n";
+    place.write("models/m/model.toml", &format!("{text}{encoder}"));
+    let done = place.tatu(&["run", "scene.toml", "--steps", "1"]);
+    done.refused(&["E402", "models/m/model.toml:15:", "15 | kind = \"sensor\""]);
+    place.write("models/m/model.toml", &format!("{text}[set]\n\"base.layr\" = 1\n"));
+    place.tatu(&["check", "scene.toml"]).refused(&["E101", "models/m/model.toml:15:", "15 | \"base.layr\" = 1"]);
+}
+
+/// What is not a text of a model is named with its file.
+#[test]
+fn files_that_are_no_models_are_named() {
+    let place = crate::kit::Place::scene("[[model]]\nmodel = \"m\"\n");
+    place.write("models/m/model.toml", "format = 1\n[model]\ntext = \"T.\"\n[[object]]\nkind = \"dummy\"\n");
+    place.write("other.toml", "format = 1\n[[model]]\nmodel = \"m\"\nlength = 1\n");
+    place.tatu(&["check", "other.toml"]).refused(&[
+        "E101",
+        "unknown key `length`",
+        "note: expected of every model: model",
+    ]);
+    let told = |words: &[&str]| place.tatu(&["check", "scene.toml"]).refused(words);
+    for text in ["", "format = 1\nmodel = 3\n"] {
+        place.write("models/m/model.toml", text);
+        told(&["E111", "no plugin reads the model models/m/model.toml"]);
+    }
+    place.write("models/m/model.toml", "format = 1\n[model]\ntext = \"T.\"\n");
+    told(&["E111", "the model has no [[object]]", "models/m/model.toml:3:"]);
+    let deep = format!("format = 1\n[model]\ntext = \"T.\"\n\nx = {}{}\n", "[".repeat(500), "]".repeat(500));
+    place.write("models/m/model.toml", &deep);
+    told(&["E111", "not a TOML file", "models/m/model.toml:5:"]);
+    std::fs::remove_file(place.path().join("models/m/model.toml")).unwrap();
+    std::fs::create_dir(place.path().join("models/m/model.toml")).unwrap();
+    told(&["E105", "cannot read the model `m`", "it is a folder", "models/m/model.toml"]);
+}

@@ -5,6 +5,7 @@ mod convert;
 mod crowd;
 mod folder_changes;
 mod folder_errors;
+mod folder_limits;
 mod folder_models;
 mod importers;
 mod large;

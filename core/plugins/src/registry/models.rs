@@ -144,7 +144,8 @@ impl Registry {
         }
         self.search.models.iter().find_map(|folder| {
             let file = folder.join(id).join(MODEL_FILE);
-            if file.is_file() {
+            // What cannot be read is found as well, so that the error says why.
+            if file.symlink_metadata().is_ok() {
                 return Some(Found { id: id.to_owned(), file, importer: None });
             }
             let importers = self.importers.iter().enumerate();

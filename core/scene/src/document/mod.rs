@@ -5,7 +5,7 @@
 //! - `plugin_builder`: the builder for plugins, and models; `import`: files of other formats; `import_files`: files
 //!   that they read; `live`: a document of a running scene;
 //! - `names`: paths and unique names; `toml`: scene files; `keys`: their keys, units and values;
-//! - `presets`: named settings of sensors; `removal`: parts that are taken out again;
+//! - `presets`: named settings of sensors; `removal`: parts that are taken out again; `stand`: where they stood;
 //! - `settings`: settings of the world; `scripts`: scripts in scene files;
 //! - `services`: services that a scene requests;
 //! - `overrides`: `[set]`, `--set`, `--script`; `change`: what they state;
@@ -26,6 +26,7 @@ mod scripts;
 mod services;
 mod settings;
 mod sources;
+mod stand;
 mod toml;
 
 use std::{collections::BTreeMap, path::PathBuf, sync::Arc};

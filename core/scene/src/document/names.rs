@@ -1,15 +1,19 @@
 //! The tree of a document by aliases, used to look up paths while it is being built, and to assign unique names.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use nalgebra::Isometry3;
 
 use crate::{Data, Scene};
 
-/// Aliases and parents of the objects so far; the object with index i is in slot i + 1.
+/// Aliases and parents of the objects so far.
 #[derive(Debug, Clone, Default)]
 pub struct Names {
     scene: Scene,
+    /// The slot of each object.
+    slots: Vec<u32>,
+    /// The object in each slot.
+    objects: Vec<usize>,
     /// Objects whose unique name is specified in the file, by alias and number. No other object gets such a name.
     told: BTreeMap<(String, i32), usize>,
 }
@@ -17,13 +21,39 @@ pub struct Names {
 impl Names {
     /// Adds the next object.
     pub fn add(&mut self, parent: Option<usize>, alias: &str) {
-        let parent = parent.map_or(0, |p| p as u32 + 1);
-        self.scene.add(parent, alias, Isometry3::identity(), Data::Dummy(None));
+        let slot = self.scene.add(self.slot(parent), alias, Isometry3::identity(), Data::Dummy(None)).unwrap_or(0);
+        self.slots.push(slot);
+        self.set_object(slot, self.slots.len() - 1);
+    }
+
+    /// Removes objects; those after them move up.
+    pub fn remove(&mut self, gone: &BTreeSet<usize>) {
+        let Some(first) = gone.first().copied().filter(|f| *f < self.slots.len()) else { return };
+        // Children come after their parents, and must not be attached to others.
+        for object in gone.iter().rev() {
+            self.scene.remove(self.slot(Some(*object)));
+        }
+        let rest = self.slots.split_off(first);
+        self.slots.extend((first..).zip(rest).filter(|(i, _)| !gone.contains(i)).map(|(_, slot)| slot));
+        (first..self.slots.len()).for_each(|i| self.set_object(self.slots[i], i));
+        let told = std::mem::take(&mut self.told);
+        let moved = |i: usize| if i < first { i } else { i - gone.range(..i).count() };
+        self.told = told.into_iter().filter(|(_, i)| !gone.contains(i)).map(|(name, i)| (name, moved(i))).collect();
+    }
+
+    fn slot(&self, object: Option<usize>) -> u32 {
+        object.and_then(|o| self.slots.get(o)).copied().unwrap_or(0)
+    }
+
+    fn set_object(&mut self, slot: u32, object: usize) {
+        let at = slot as usize;
+        self.objects.resize(self.objects.len().max(at + 1), 0);
+        self.objects[at] = object;
     }
 
     /// Changes the alias of an object.
     pub fn rename(&mut self, object: usize, alias: &str) {
-        self.scene.set_name(object as u32 + 1, alias, -1);
+        self.scene.set_name(self.slot(Some(object)), alias, -1);
     }
 
     /// Records an object's unique name as specified in the file; the first of equal ones keeps it.
@@ -43,7 +73,7 @@ impl Names {
 
     /// Returns the only object with this alias, or `None` if there are none or several.
     pub fn only(&self, alias: &str) -> Option<usize> {
-        self.scene.only(alias).map(|slot| slot as usize - 1)
+        self.scene.only(alias).map(|slot| self.objects[slot as usize])
     }
 
     /// Finds an object by a path that consists only of aliases. Returns `None` if it does not exist, or if the path has
@@ -52,14 +82,20 @@ impl Names {
         if path.contains([':', '#']) {
             return None;
         }
-        let base = from.map_or(0, |f| f as u32 + 1);
+        let base = self.slot(from);
         let found = match path.starts_with(['/', '.']) {
             true => self.scene.find(base, path),
             // Below a model, a plain name refers to one of its parts.
             false if base != 0 => self.scene.find(base, &format!("./{path}")),
             false => None,
         };
-        found.map(|slot| slot as usize - 1)
+        found.map(|slot| self.objects[slot as usize])
+    }
+
+    /// Returns all objects below another one, at any depth, whose alias matches a pattern with `*` and `?`.
+    pub fn all_below(&self, from: usize, pattern: &str) -> Vec<usize> {
+        let found = self.scene.all_below(self.slot(Some(from)), pattern);
+        found.into_iter().map(|slot| self.objects[slot as usize]).collect()
     }
 }
 

@@ -2,13 +2,12 @@
 
 use std::collections::BTreeSet;
 
-use super::{Document, names::Names, overrides};
-use crate::rows::Row;
-use tatu_plugin_api::safe::Value;
+use super::{Document, change::Override, overrides};
 
 impl Document {
     /// Removes objects with everything below them. Indices of the objects before the first of them stay the same. What
-    /// the files set on removed objects is dropped.
+    /// the files set on removed objects is dropped. The cost depends on the objects from the first of them on, not on
+    /// the whole document: models that remove parts may be placed thousands of times.
     pub(super) fn remove(&mut self, tops: &BTreeSet<usize>) {
         let Some(first) = tops.first().copied() else { return };
         let mut gone: BTreeSet<usize> = BTreeSet::new();
@@ -17,39 +16,60 @@ impl Document {
                 gone.insert(i);
             }
         }
-        let sets = std::mem::take(&mut self.sets);
-        let stays = |from: Option<usize>, path: &str| {
-            from.is_none_or(|f| !gone.contains(&f))
-                && overrides::find(self, from, path).map_or(true, |object| !gone.contains(&object))
+        let lost = |o: &Override| o.from.is_some_and(|f| gone.contains(&f));
+        let mut dropped: BTreeSet<usize> = self.sets_on(&gone).into_iter().collect();
+        dropped.extend(self.sets.iter().enumerate().filter(|(_, o)| lost(o)).map(|(i, _)| i));
+        if !dropped.is_empty() {
+            let mut index = 0;
+            self.sets.retain(|_| {
+                index += 1;
+                !dropped.contains(&(index - 1))
+            });
+        }
+        // The new indices of the objects from the first one on.
+        let mut next = first;
+        let indices: Vec<usize> = (first..self.objects.len())
+            .map(|i| {
+                let index = next;
+                next += usize::from(!gone.contains(&i));
+                index
+            })
+            .collect();
+        let move_to = |i: &mut usize| {
+            if let Some(index) = i.checked_sub(first).and_then(|n| indices.get(n)) {
+                *i = *index;
+            }
         };
-        // Paths that begin outside of the model are looked up when all objects exist.
-        let mut sets: Vec<_> = sets.into_iter().filter(|o| o.from.is_none() || stays(o.from, &o.path)).collect();
-        let moved = |i: usize| i - gone.range(..i).count();
-        sets.iter_mut().for_each(|o| o.from = o.from.map(moved));
-        self.models.retain(|m| !gone.contains(&m.base));
-        self.models.iter_mut().for_each(|m| m.base = moved(m.base));
-        let mut index = 0;
-        self.objects.retain(|_| {
-            index += 1;
-            !gone.contains(&(index - 1))
-        });
-        self.objects.iter_mut().skip(first).for_each(|o| o.parent = o.parent.map(moved));
-        self.sets = sets;
-        self.name_again();
-    }
-
-    /// Builds the index of names again.
-    fn name_again(&mut self) {
-        let mut names = Names::default();
-        for (i, o) in self.objects.iter().enumerate() {
-            names.add(o.parent, &o.alias);
-            for (_, value) in o.rows.iter().filter(|(r, _)| *r == Row::Name && o.group == 0) {
-                let Value::Text(name) = value else { continue };
-                if let Some(suffix) = super::names::suffix_of(&String::from_utf8_lossy(name), &o.alias) {
-                    names.tell(i, &o.alias, suffix);
-                }
+        self.sets.iter_mut().filter_map(|o| o.from.as_mut()).for_each(move_to);
+        self.models.retain(|m| m.base < first || !gone.contains(&m.base));
+        self.models.iter_mut().for_each(|m| move_to(&mut m.base));
+        let rest = self.objects.split_off(first);
+        self.objects.extend((first..).zip(rest).filter(|(i, _)| !gone.contains(i)).map(|(_, o)| o));
+        self.objects[first..].iter_mut().filter_map(|o| o.parent.as_mut()).for_each(move_to);
+        self.names.remove(&gone);
+        for i in first..self.objects.len() {
+            if let Some(suffix) = self.objects[i].told_suffix() {
+                self.names.tell(i, &self.objects[i].alias, suffix);
             }
         }
-        self.names = names;
+    }
+
+    /// Returns what the files set on some of these objects, by index. Paths that begin outside of a model are left out:
+    /// they are looked up when all objects exist.
+    pub(super) fn sets_on(&self, objects: &BTreeSet<usize>) -> Vec<usize> {
+        // Most paths lead down from where they begin, and need not be looked up if that is elsewhere.
+        let mut above = objects.clone();
+        for object in objects {
+            let mut at = self.objects[*object].parent;
+            while let Some(parent) = at.filter(|p| above.insert(*p)) {
+                at = self.objects[parent].parent;
+            }
+        }
+        let leads_elsewhere = |path: &str| path.starts_with('/') || path.contains(':') || path.contains("..");
+        let is_on = |o: &Override| {
+            let Some(from) = o.from.filter(|f| above.contains(f) || leads_elsewhere(&o.path)) else { return false };
+            overrides::find(self, Some(from), &o.path).is_ok_and(|object| objects.contains(&object))
+        };
+        self.sets.iter().enumerate().filter(|(_, o)| is_on(o)).map(|(i, _)| i).collect()
     }
 }

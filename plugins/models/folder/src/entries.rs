@@ -5,71 +5,121 @@ use std::ops::Range;
 use tatu_plugin_api::safe::Params;
 
 use crate::{
-    expression::{Names, Value, evaluate},
+    expression::{Names, Room, Value, evaluate},
     fill::filled,
     model::Model,
     sections::{Entry, Section},
     wrong::{Result, Wrong},
 };
 
-/// Most repetitions of an entry.
-const MOST_REPEATS: f64 = 10_000.0;
+/// Most repetitions of the entries of a model in all.
+const MOST_REPEATS: usize = 10_000;
+/// Most bytes of the texts of a model in all: each repetition is read as a text as long as the file above it.
+const MOST_BYTES: usize = 64 << 20;
 
-/// Returns the texts in the scene format of a model with these parameters: first that of its base alone, then those of
-/// everything below it, in the order of the file.
-pub fn texts(model: &Model, params: &Params<'_>) -> Result<Vec<String>> {
-    let mut names = Names::new();
-    for (key, computed) in &model.params {
-        let given = params.get(key).and_then(|v| v.to_value()).map_err(|e| Wrong::new(e.text()))?;
-        let value = match (Value::of_host(&given), computed) {
-            (None, Some(computed)) => Some(computed.value(&names)?),
-            (value, _) => value,
-        };
-        names.extend(value.map(|v| (key.clone(), v)));
-    }
-    for (name, value, span) in &model.numbers {
-        let value = value_of(value, &names).map_err(|e| e.at(Some(span.clone())))?;
-        names.insert(name.clone(), value);
-    }
-    let mut runs: Vec<(Vec<usize>, Option<f64>)> = vec![(vec![model.base], None)];
-    for (i, entry) in model.entries.iter().enumerate() {
-        let wanted = condition(entry, &names)?;
-        if i == model.base {
-            if !wanted || entry.repeat.is_some() {
-                return Err(Wrong::new("the base of a model can be neither left out nor repeated").at(Some(at(entry))));
+/// A text to build: its entries, and `index` if they are repeated.
+type Run = (Vec<usize>, Option<usize>);
+
+/// What a model with certain parameters is built from.
+pub struct Plan<'m> {
+    model: &'m Model,
+    names: Names,
+    runs: std::vec::IntoIter<Run>,
+    first: bool,
+    /// How many bytes the texts so far have.
+    bytes: usize,
+}
+
+impl<'m> Plan<'m> {
+    /// Decides which entries are built, and how often.
+    pub fn new(model: &'m Model, params: &Params<'_>) -> Result<Self> {
+        let (names, room) = named_values(model, params)?;
+        let mut runs: Vec<Run> = vec![(vec![model.base], None)];
+        let mut repeated = 0;
+        for (i, entry) in model.entries.iter().enumerate() {
+            let wanted = condition(entry, &names, &room)?;
+            if i == model.base {
+                if !wanted || entry.repeat.is_some() {
+                    let wrong = Wrong::new("the base of a model can be neither left out nor repeated");
+                    return Err(wrong.at(Some(at(entry))));
+                }
+                continue;
             }
-            continue;
+            if !wanted {
+                continue;
+            }
+            match repeats(entry, &names, &room)? {
+                Some(n) => {
+                    repeated += n;
+                    if repeated > MOST_REPEATS {
+                        let text = format!("the model repeats more than {MOST_REPEATS} entries in all");
+                        return Err(Wrong::new(text).at(Some(at(entry))));
+                    }
+                    runs.extend((0..n).map(|index| (vec![i], Some(index))));
+                }
+                None => match runs.last_mut().filter(|(run, index)| index.is_none() && run[0] != model.base) {
+                    Some((run, _)) => run.push(i),
+                    None => runs.push((vec![i], None)),
+                },
+            }
         }
-        if !wanted {
-            continue;
-        }
-        match repeats(entry, &names)? {
-            Some(n) => runs.extend((0..n).map(|index| (vec![i], Some(index as f64)))),
-            None => match runs.last_mut().filter(|(run, index)| index.is_none() && run[0] != model.base) {
-                Some((run, _)) => run.push(i),
-                None => runs.push((vec![i], None)),
-            },
-        }
+        runs.extend(model.sections.iter().any(|s| s.root == "set").then_some((Vec::new(), None)));
+        Ok(Plan { model, names, runs: runs.into_iter(), first: true, bytes: 0 })
     }
-    let last = model.sections.iter().any(|s| s.root == "set").then_some((Vec::new(), None));
-    runs.extend(last);
-    let text = |(i, (run, index)): (usize, &(Vec<usize>, Option<f64>))| {
-        let mut names = names.clone();
-        names.extend(index.map(|x| ("index".to_owned(), Value::Number(x))));
+
+    /// Returns the next text in the scene format: first that of the base alone, then those of everything below it, in
+    /// the order of the file.
+    pub fn next_text(&mut self) -> Option<Result<String>> {
+        let (run, index) = self.runs.next()?;
+        let text = self.text(&run, index);
+        self.first = false;
+        Some(text)
+    }
+
+    fn text(&mut self, run: &[usize], index: Option<usize>) -> Result<String> {
+        let model = self.model;
+        match index {
+            Some(index) => self.names.insert("index".to_owned(), Value::Number(index as f64)),
+            None => self.names.remove("index"),
+        };
         // Settings come before objects, and what `[set]` changes after them.
         let of_file = |root: &str| match root {
             "set" => run.is_empty(),
             "model" | "object" | "import" => false,
-            _ => i == 0,
+            _ => self.first,
         };
         let kept = |s: &&Section| s.entry.map_or_else(|| of_file(&s.root), |e| run.contains(&e));
         let head = model.sections.first().map_or(model.text.len(), |s| s.span.start);
         let kept: Vec<_> =
             std::iter::once(0..head).chain(model.sections.iter().filter(kept).map(|s| s.span.clone())).collect();
         let own: Vec<_> = run.iter().flat_map(|e| model.entries[*e].own.clone()).collect();
-        filled(&model.doc, &kept, &own, &names)
-    };
-    runs.iter().enumerate().map(text).collect()
+        let text = filled(&model.doc, &kept, &own, &self.names)?;
+        self.bytes += text.len();
+        if self.bytes > MOST_BYTES {
+            let text = format!("the repetitions of the model have more than {} MiB of text", MOST_BYTES >> 20);
+            let wrong = Wrong::new(text).help("repeat less often, or shorten the file above the repeated entry");
+            return Err(wrong.at(run.first().map(|e| at(&model.entries[*e]))));
+        }
+        Ok(text)
+    }
+}
+
+/// Returns the values of parameters and constants, and the room that they leave.
+fn named_values(model: &Model, params: &Params<'_>) -> Result<(Names, Room)> {
+    let (mut names, room) = (Names::new(), Room::default());
+    for (key, computed) in &model.params {
+        let given = params.get(key).and_then(|v| v.to_value()).map_err(|e| Wrong::new(e.text()))?;
+        let value = match (Value::of_host(&given), computed) {
+            (None, Some(computed)) => Some(computed.value(&names, &room)?),
+            (value, _) => value,
+        };
+        names.extend(value.map(|v| (key.clone(), v)));
+    }
+    for (name, value, span) in &model.numbers {
+        let value = value_of(value, &names, &room).map_err(|e| e.at(Some(span.clone())))?;
+        names.insert(name.clone(), value);
+    }
+    Ok((names, room))
 }
 
 fn at(entry: &Entry) -> Range<usize> {
@@ -78,17 +128,17 @@ fn at(entry: &Entry) -> Range<usize> {
 }
 
 /// Returns a value, or what its expression yields.
-fn value_of(value: &Value, names: &Names) -> Result<Value> {
+fn value_of(value: &Value, names: &Names, room: &Room) -> Result<Value> {
     match value {
-        Value::Text(t) if t.starts_with('=') => evaluate(&t[1..], names),
-        Value::List(all) => all.iter().map(|v| value_of(v, names)).collect::<Result<_>>().map(Value::List),
+        Value::Text(t) if t.starts_with('=') => evaluate(&t[1..], names, room),
+        Value::List(all) => all.iter().map(|v| value_of(v, names, room)).collect::<Result<_>>().map(Value::List),
         value => Ok(value.clone()),
     }
 }
 
-fn condition(entry: &Entry, names: &Names) -> Result<bool> {
+fn condition(entry: &Entry, names: &Names, room: &Room) -> Result<bool> {
     let Some((value, span)) = &entry.condition else { return Ok(true) };
-    match value_of(value, names).map_err(|e| e.at(Some(span.clone())))? {
+    match value_of(value, names, room).map_err(|e| e.at(Some(span.clone())))? {
         Value::Bool(b) => Ok(b),
         other => Err(Wrong::new(format!("`if`: expected true or false, found {}", other.describe()))
             .help("such as \"=with_arm\" or \"=preset == 'wide'\"")
@@ -96,10 +146,10 @@ fn condition(entry: &Entry, names: &Names) -> Result<bool> {
     }
 }
 
-fn repeats(entry: &Entry, names: &Names) -> Result<Option<usize>> {
+fn repeats(entry: &Entry, names: &Names, room: &Room) -> Result<Option<usize>> {
     let Some((value, span)) = &entry.repeat else { return Ok(None) };
-    match value_of(value, names).map_err(|e| e.at(Some(span.clone())))? {
-        Value::Number(n) if (0.0..=MOST_REPEATS).contains(&n) && n == libm::floor(n) => Ok(Some(n as usize)),
+    match value_of(value, names, room).map_err(|e| e.at(Some(span.clone())))? {
+        Value::Number(n) if (0.0..=MOST_REPEATS as f64).contains(&n) && n == libm::floor(n) => Ok(Some(n as usize)),
         other => {
             let text =
                 format!("`repeat`: expected a whole number from 0 to {MOST_REPEATS}, found {}", other.describe());

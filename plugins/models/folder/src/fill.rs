@@ -5,7 +5,7 @@ use std::ops::Range;
 use toml_edit::{Document, Item, Value as Toml};
 
 use crate::{
-    expression::{Names, evaluate},
+    expression::{Names, Room, evaluate},
     wrong::{Result, Wrong},
 };
 
@@ -23,11 +23,12 @@ pub fn filled(
     let inside =
         |span: &Range<usize>, all: &[Range<usize>]| all.iter().any(|r| r.start <= span.start && span.end <= r.end);
     let mut changes: Vec<(Range<usize>, String)> = Vec::new();
+    let room = Room::default();
     for (span, written) in found {
         if !inside(&span, kept) || inside(&span, dropped) {
             continue;
         }
-        let value = value_toml(written, names).map_err(|wrong| wrong.at(Some(span.clone())))?;
+        let value = value_toml(written, names, &room).map_err(|wrong| wrong.at(Some(span.clone())))?;
         if text[span.clone()].contains('\n') {
             return Err(Wrong::new("an expression must stand on one line").at(Some(span)));
         }
@@ -55,10 +56,10 @@ pub fn filled(
 }
 
 /// Returns what a text that begins with `=` stands for, in TOML.
-fn value_toml(written: &str, names: &Names) -> Result<String> {
+fn value_toml(written: &str, names: &Names, room: &Room) -> Result<String> {
     match written.strip_prefix("==") {
         Some(rest) => crate::expression::Value::Text(format!("={rest}")).to_toml(),
-        None => evaluate(written.trim_start_matches('='), names)?.to_toml(),
+        None => evaluate(written.trim_start_matches('='), names, room)?.to_toml(),
     }
 }
 

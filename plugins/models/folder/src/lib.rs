@@ -18,6 +18,7 @@ use tatu_plugin_api::{
     tatu_plugin,
 };
 
+use entries::Plan;
 use model::Model;
 
 /// The plugin.
@@ -46,10 +47,13 @@ impl ModelReader for Texts {
         }
     }
     fn build(model: &Model, builder: &Builder<'_>, params: &Params<'_>) -> Result {
-        let texts = entries::texts(model, params).map_err(|wrong| wrong.in_text("", &model.text))?;
-        for (i, text) in texts.iter().enumerate() {
-            // The first text has only the base; everything else goes below it.
-            builder.scene((i > 0).then(|| builder.base()), "", text)?;
+        let refused = |wrong: wrong::Wrong| wrong.in_text("", &model.text);
+        let mut plan = Plan::new(model, params).map_err(refused)?;
+        // The first text has only the base; everything else goes below it.
+        let mut is_base = true;
+        while let Some(text) = plan.next_text() {
+            builder.scene((!is_base).then(|| builder.base()), "", &text.map_err(refused)?)?;
+            is_base = false;
         }
         Ok(())
     }

@@ -64,11 +64,28 @@ pub fn read(text: &str) -> Result<Option<(ModelInfo, Model)>> {
 
 /// Returns the error for a text that is not TOML.
 fn no_toml(text: &str, e: &toml_edit::TomlError) -> Wrong {
-    let wrong = Wrong::new(format!("not a TOML file: {}", e.message())).at(e.span());
+    // Some errors, such as that of the recursion limit, have no place: then it is the deepest bracket.
+    let wrong = Wrong::new(format!("not a TOML file: {}", e.message())).at(e.span().or_else(|| deepest(text)));
     match text.contains("[[model]]") {
         true => wrong.help("in a file with `[model]`, models are placed by `[[object]]` with `model = ...`"),
         false => wrong,
     }
+}
+
+/// Returns where brackets nest deepest.
+fn deepest(text: &str) -> Option<Range<usize>> {
+    let (mut depth, mut most) = (0_usize, (0, None));
+    for (at, byte) in text.bytes().enumerate() {
+        match byte {
+            b'[' | b'{' => depth += 1,
+            b']' | b'}' => depth = depth.saturating_sub(1),
+            _ => {}
+        }
+        if depth > most.0 {
+            most = (depth, Some(at..at + 1));
+        }
+    }
+    most.1
 }
 
 /// Reads `[model.numbers]`.
@@ -118,7 +135,7 @@ fn base(model: &dyn TableLike, entries: &[Entry]) -> Result<usize> {
     let alias = optional(model, "base")?;
     let span = named_at(model, Some("base"));
     if entries.is_empty() {
-        return Err(Wrong::new("the model has no [[object]]"));
+        return Err(Wrong::new("the model has no [[object]]").at(named_at(model, None)));
     }
     if alias.is_empty() {
         return Ok(0);

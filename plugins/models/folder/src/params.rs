@@ -6,7 +6,7 @@ use tatu_plugin_api::safe::{Param, Value as Host};
 use toml_edit::{Item, TableLike};
 
 use crate::{
-    expression::{Names, Value, evaluate},
+    expression::{Names, Room, Value, evaluate},
     table::{Named, each, is_name, named_at, only, optional, required, texts},
     wrong::{Result, Wrong},
 };
@@ -50,8 +50,8 @@ struct Declared {
 
 impl Computed {
     /// Returns the value, given those of the parameters above it.
-    pub fn value(&self, names: &Names) -> Result<Value> {
-        let value = evaluate(&self.expression, names).and_then(|v| fallback(&self.declared, &v).map(|_| v));
+    pub fn value(&self, names: &Names, room: &Room) -> Result<Value> {
+        let value = evaluate(&self.expression, names, room).and_then(|v| fallback(&self.declared, &v).map(|_| v));
         value.map_err(|e| e.at(self.span.clone()))
     }
 }

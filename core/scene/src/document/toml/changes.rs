@@ -2,7 +2,6 @@
 
 use std::collections::BTreeSet;
 
-use nalgebra::Isometry3;
 use tatu_errors::{Error, Result};
 use tatu_plugins::{Model, Slot};
 use toml_edit::{Item, TableLike};
@@ -104,7 +103,7 @@ impl Reader<'_> {
             return Err(error.expected("one table").at(Some(self.text.key(table, path))));
         };
         let Some(parent) = b.document.objects[old].parent else { return Ok(()) };
-        let pose = pose(b, old);
+        let pose = b.stand(old);
         let new = self.part(b, entry, parent, None)?;
         let placed = &mut b.document.objects[new].placement;
         *placed = pose * *placed;
@@ -182,13 +181,12 @@ fn all_below(b: &Builder<'_>, base: usize, path: &str) -> Result<Vec<usize>> {
         return Ok(vec![below(b, base, path)?]);
     }
     let from = if above.is_empty() { base } else { below(b, base, above)? };
-    let (scene, slots) = b.document.instantiate();
-    let found = scene.all_below(slots.get(from).copied().unwrap_or(0), pattern);
+    let found = b.document.names.all_below(from, pattern);
     if found.is_empty() {
         let text = format!("nothing below the base of the model matches `{path}`");
         return Err(Error::new("E110", text).expected("a path below the base, such as \"arm/gripper\""));
     }
-    Ok(found.iter().filter_map(|slot| slots.iter().position(|s| s == slot)).collect())
+    Ok(found)
 }
 
 /// Returns the object of a slot. Models that declare no slots take parts at any object.
@@ -213,14 +211,4 @@ fn slot<'s>(
             .help("its object was left out or removed")
     })?;
     Ok((Some(slot), object))
-}
-
-/// Returns where an object is relative to its parent; for a model, where it was placed, since another model may have its
-/// base elsewhere.
-fn pose(b: &Builder<'_>, object: usize) -> Isometry3<f64> {
-    if b.document.models.iter().any(|m| m.base == object) {
-        return b.document.objects[object].placement;
-    }
-    let (scene, slots) = b.document.instantiate();
-    slots.get(object).map_or_else(Isometry3::identity, |slot| scene.local(*slot))
 }

@@ -154,8 +154,15 @@ struct Reader<'a> {
 fn add_text(b: &mut Builder<'_>, file: &Path, text: &str, parent: Option<usize>) -> Result {
     let mut reader = Reader::new(file, text, b.registry);
     let place = b.place.clone();
+    let (objects, sets) = (b.document.objects.len(), b.document.sets.len());
     let read = reader.file(b, parent, false);
     b.place = place;
+    // Errors that are found later do not know this text, in which bytes are elsewhere than in the file.
+    let added = b.document.objects.iter_mut().skip(objects).filter_map(|o| o.place.as_mut());
+    let set = b.document.sets.iter_mut().skip(sets).filter_map(|o| o.place.as_mut());
+    for place in added.chain(set).filter(|p| p.file == file) {
+        *place = Place::of_line(file.to_owned(), &[], place.line);
+    }
     read.map_err(|mut e| {
         if let Some(place) = e.place.as_mut().filter(|p| p.file == file) {
             let bytes = b.document.sources.read(file).unwrap_or_default();

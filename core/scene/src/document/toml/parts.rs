@@ -187,7 +187,11 @@ impl Reader<'_> {
             let owner = format!("the {what} `{id}`");
             let (entry, factor) = keys::find(key, &declared, &owner).map_err(|e| {
                 let also = own.join(", ");
-                let expected = e.expected.clone().map_or(also.clone(), |x| format!("{x}; of every {what}: {also}"));
+                let expected = match e.expected.as_deref() {
+                    None => also,
+                    Some("") => format!("of every {what}: {also}"),
+                    Some(x) => format!("{x}; of every {what}: {also}"),
+                };
                 // A misspelt key may be one of the keys that all of them have.
                 let e = if e.help.is_none() { e.nearest(key, own.iter().copied()) } else { e };
                 Error { expected: Some(expected), ..e }.at(Some(self.text.key(table, key)))

@@ -2,7 +2,7 @@
 
 use std::{cell::Cell, collections::BTreeMap};
 
-use super::{functions, parse::Tree, value::Value};
+use super::{functions, parse::Tree, room::Room, value::Value};
 use crate::wrong::{Result, Wrong};
 
 /// The values of names.
@@ -19,6 +19,8 @@ pub struct Scope<'a> {
     inner: Option<(&'a str, &'a Value, &'a Scope<'a>)>,
     /// How many values lists may still compute.
     left: &'a Cell<usize>,
+    /// How much may still be computed.
+    room: &'a Room,
 }
 
 impl<'a> Scope<'a> {
@@ -32,60 +34,81 @@ impl<'a> Scope<'a> {
 }
 
 /// Evaluates an expression.
-pub fn evaluated(tree: &Tree, names: &Names) -> Result<Value> {
-    eval(tree, &Scope { names, inner: None, left: &Cell::new(MOST_VALUES) })
+pub fn evaluated(tree: &Tree, names: &Names, room: &Room) -> Result<Value> {
+    eval(tree, &Scope { names, inner: None, left: &Cell::new(MOST_VALUES), room })
 }
 
 fn eval(tree: &Tree, names: &Scope<'_>) -> Result<Value> {
-    let all = |trees: &[Tree]| trees.iter().map(|t| eval(t, names)).collect::<Result<Vec<_>>>();
-    match tree {
-        Tree::Number(x) => Ok(Value::Number(*x)),
-        Tree::Text(t) => Ok(Value::Text(t.clone())),
-        Tree::List(trees) => all(trees).map(Value::List),
-        Tree::Name(name) => named(name, names),
+    let value = match tree {
+        Tree::Number(x) => Value::Number(*x),
+        Tree::Text(t) => Value::Text(t.clone()),
+        Tree::List(trees) => Value::List(all(trees, names)?),
+        Tree::Name(name) => named(name, names)?,
         Tree::Call(name, args) if name == "if" => {
             let [condition, yes, no] = &args[..] else {
                 return Err(Wrong::new(format!("`if` takes a condition and two values, found {}", args.len())));
             };
-            eval(if truth(&eval(condition, names)?, "the condition of `if`")? { yes } else { no }, names)
+            return eval(if truth(&eval(condition, names)?, "the condition of `if`")? { yes } else { no }, names);
         }
-        Tree::Call(name, args) => functions::call(name, &all(args)?),
-        Tree::Each(each, name, list) => listed(each, name, &eval(list, names)?, names),
-        Tree::Index(list, index) => {
-            // A long list is not copied for one of its elements.
-            let kept = if let Tree::Name(name) = &**list { names.get(name) } else { None };
-            let index = eval(index, names)?;
-            kept.map_or_else(|| element(&eval(list, names)?, &index), |kept| element(kept, &index))
-        }
-        Tree::Negative(tree) => scaled(eval(tree, names)?, &|x| Ok(-x), "-"),
-        Tree::Not(tree) => truth(&eval(tree, names)?, "what follows `not`").map(|b| Value::Bool(!b)),
-        // The right side of these counts only if the left one does not decide.
-        Tree::Both(operator @ ("and" | "or"), left, right) => {
-            let side = format!("a side of `{operator}`");
-            let left = truth(&eval(left, names)?, &side)?;
-            if left == (*operator == "or") {
-                return Ok(Value::Bool(left));
+        Tree::Call(name, args) => functions::call(name, &all(args, names)?)?,
+        Tree::Each(each, name, list) => listed(each, name, &eval(list, names)?, names)?,
+        Tree::Index(list, indices) => indexed(list, indices, names)?,
+        Tree::Negative(tree) => scaled(eval(tree, names)?, &|x| Ok(-x), "-")?,
+        Tree::Not(tree) => Value::Bool(!truth(&eval(tree, names)?, "what follows `not`")?),
+        Tree::Row(first, rest) => {
+            let mut left = eval(first, names)?;
+            for (operator, right) in rest {
+                left = applied(operator, left, right, names)?;
             }
-            truth(&eval(right, names)?, &side).map(Value::Bool)
+            return Ok(left);
         }
-        Tree::Both(operator @ ("==" | "!="), left, right) => {
-            let same = equal(&eval(left, names)?, &eval(right, names)?)?;
-            Ok(Value::Bool(same == (*operator == "==")))
+    };
+    names.room.take(&value)?;
+    Ok(value)
+}
+
+fn all(trees: &[Tree], names: &Scope<'_>) -> Result<Vec<Value>> {
+    trees.iter().map(|t| eval(t, names)).collect()
+}
+
+/// Returns an element of a list, or of a list in it.
+fn indexed(list: &Tree, indices: &[Tree], names: &Scope<'_>) -> Result<Value> {
+    // A long list is not copied for one of its elements.
+    let kept = if let Tree::Name(name) = list { names.get(name) } else { None };
+    let computed = if kept.is_none() { Some(eval(list, names)?) } else { None };
+    let Some(mut at) = kept.or(computed.as_ref()) else { return Err(Wrong::new("there is no list")) };
+    for index in indices {
+        at = element(at, &eval(index, names)?)?;
+    }
+    Ok(at.clone())
+}
+
+/// Applies an operator to a value and to what is on its right.
+fn applied(operator: &str, left: Value, right: &Tree, names: &Scope<'_>) -> Result<Value> {
+    let value = match operator {
+        // The right side of these counts only if the left one does not decide.
+        "and" | "or" => {
+            let side = format!("a side of `{operator}`");
+            let left = truth(&left, &side)?;
+            Value::Bool(if left == (operator == "or") { left } else { truth(&eval(right, names)?, &side)? })
         }
-        Tree::Both(operator @ ("<" | "<=" | ">" | ">="), left, right) => {
-            let (left, right) = (eval(left, names)?, eval(right, names)?);
+        "==" | "!=" => Value::Bool(equal(&left, &eval(right, names)?)? == (operator == "==")),
+        "<" | "<=" | ">" | ">=" => {
+            let right = eval(right, names)?;
             let (Value::Number(a), Value::Number(b)) = (&left, &right) else {
                 return Err(unfit(operator, &left, &right));
             };
-            Ok(Value::Bool(match *operator {
+            Value::Bool(match operator {
                 "<" => a < b,
                 "<=" => a <= b,
                 ">" => a > b,
                 _ => a >= b,
-            }))
+            })
         }
-        Tree::Both(operator, left, right) => arithmetic(operator, eval(left, names)?, eval(right, names)?),
-    }
+        _ => arithmetic(operator, left, eval(right, names)?)?,
+    };
+    names.room.take(&value)?;
+    Ok(value)
 }
 
 /// Returns the list of what an expression yields for each element of a list, or for 0 to n - 1.
@@ -132,13 +155,13 @@ pub fn truth(value: &Value, what: &str) -> Result<bool> {
     }
 }
 
-fn element(list: &Value, index: &Value) -> Result<Value> {
+fn element<'v>(list: &'v Value, index: &Value) -> Result<&'v Value> {
     let (Value::List(all), Value::Number(i)) = (list, index) else {
         let text = format!("an element of {} cannot be taken by {}", list.describe(), index.describe());
         return Err(Wrong::new(text).help("elements of lists are numbered from 0"));
     };
     let at = if *i >= 0.0 && *i == libm::floor(*i) { all.get(*i as usize) } else { None };
-    at.cloned().ok_or_else(|| {
+    at.ok_or_else(|| {
         let text = format!("there is no element {i} in a list of {}", all.len());
         Wrong::new(text).help("elements of lists are numbered from 0")
     })

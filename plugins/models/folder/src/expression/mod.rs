@@ -1,22 +1,24 @@
 //! Arithmetic over parameters: `=height / 2`, `=if(preset == 'wide', 0.4, 0.3)`, `=color[0]`.
 //!
 //! - `value`: what an expression yields; `parse`: from text to a tree; `eval`: from a tree to a value; `functions`: the
-//!   functions that expressions can call.
+//!   functions that expressions can call; `room`: how much they may compute.
 
 mod eval;
 mod functions;
 mod parse;
+mod room;
 mod value;
 
 pub use eval::Names;
 pub use functions::RESERVED;
+pub use room::Room;
 pub use value::Value;
 
 use crate::wrong::Result;
 
 /// Evaluates an expression, which is written without its `=`.
-pub fn evaluate(text: &str, names: &Names) -> Result<Value> {
-    eval::evaluated(&parse::parse(text)?, names)
+pub fn evaluate(text: &str, names: &Names, room: &Room) -> Result<Value> {
+    eval::evaluated(&parse::parse(text)?, names, room)
 }
 
 #[cfg(test)]

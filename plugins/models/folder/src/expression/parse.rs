@@ -18,8 +18,11 @@ use crate::wrong::{Result, Wrong};
 
 /// Maximum nesting depth.
 const DEEPEST: usize = 60;
+/// Longest expression, in bytes.
+const LONGEST: usize = 64 << 10;
 
-/// An expression.
+/// An expression. Operators in a row and indices in a row are one node each, so that a tree is no deeper than the
+/// parser recursed: what evaluates or drops it recurses too.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Tree {
     Number(f64),
@@ -29,14 +32,20 @@ pub enum Tree {
     Call(String, Vec<Tree>),
     /// A value, and the name that stands for each element of a list in it.
     Each(Box<Tree>, String, Box<Tree>),
-    Index(Box<Tree>, Box<Tree>),
+    /// A list, and the indices that follow it.
+    Index(Box<Tree>, Vec<Tree>),
     Negative(Box<Tree>),
     Not(Box<Tree>),
-    Both(&'static str, Box<Tree>, Box<Tree>),
+    /// A value, and operators of equal binding with the values on their right, applied from left to right.
+    Row(Box<Tree>, Vec<(&'static str, Tree)>),
 }
 
 /// Reads an expression.
 pub fn parse(text: &str) -> Result<Tree> {
+    if text.len() > LONGEST {
+        return Err(Wrong::new(format!("the expression has {} bytes, more than {LONGEST}", text.len()))
+            .help("divide it among several numbers in [model.numbers]"));
+    }
     let mut parser = Parser { rest: text, depth: 0 };
     let tree = parser.any()?;
     match parser.rest.trim_start() {
@@ -74,14 +83,15 @@ impl Parser<'_> {
             self.depth -= 1;
             return Ok(Tree::Not(inner.into()));
         }
-        let mut left = self.level(n + 1)?;
+        let left = self.level(n + 1)?;
+        let mut row = Vec::new();
         while let Some(operator) = operators.iter().find(|o| self.takes(o)) {
-            left = Tree::Both(operator, left.into(), self.level(n + 1)?.into());
+            row.push((*operator, self.level(n + 1)?));
             if n == COMPARES {
                 break;
             }
         }
-        Ok(left)
+        Ok(if row.is_empty() { left } else { Tree::Row(left.into(), row) })
     }
 
     fn deeper(&mut self) -> Result {
@@ -104,19 +114,19 @@ impl Parser<'_> {
             self.deeper()?;
             let power = self.sign()?;
             self.depth -= 1;
-            return Ok(Tree::Both("^", base.into(), power.into()));
+            return Ok(Tree::Row(base.into(), vec![("^", power)]));
         }
         Ok(base)
     }
 
     fn indexed(&mut self) -> Result<Tree> {
-        let mut tree = self.single()?;
+        let tree = self.single()?;
+        let mut indices = Vec::new();
         while self.takes("[") {
-            let index = self.any()?;
+            indices.push(self.any()?);
             self.needs("]")?;
-            tree = Tree::Index(tree.into(), index.into());
         }
-        Ok(tree)
+        Ok(if indices.is_empty() { tree } else { Tree::Index(tree.into(), indices) })
     }
 
     fn single(&mut self) -> Result<Tree> {

@@ -1,4 +1,9 @@
-use super::{Names, Value, evaluate};
+use super::{Names, Room, Value};
+use crate::wrong::Result;
+
+fn evaluate(text: &str, names: &Names) -> Result<Value> {
+    super::evaluate(text, names, &Room::default())
+}
 
 fn names() -> Names {
     let vector = |v: &[f64]| Value::List(v.iter().map(|x| Value::Number(*x)).collect());
@@ -102,4 +107,40 @@ fn errors_say_what_is_wrong_and_what_to_do() {
     let deep = "(".repeat(5000);
     assert!(evaluate(&deep, &names()).unwrap_err().text.contains("nested more than"));
     assert!(evaluate(&"-".repeat(5000), &names()).unwrap_err().text.contains("nested more than"));
+}
+
+#[test]
+fn long_expressions_need_no_deep_stack() {
+    // On a small stack, what recursed for each operator or index would overflow.
+    let small = || {
+        let sum = format!("1{}", "+1".repeat(30_000));
+        assert_eq!(evaluate(&sum, &names()).unwrap(), Value::Number(30_001.0));
+        assert_eq!(evaluate(&format!("true{}", " and true".repeat(7000)), &names()).unwrap(), Value::Bool(true));
+        assert_eq!(evaluate(&format!("{}0", "0*".repeat(30_000)), &names()).unwrap(), Value::Number(0.0));
+        let e = evaluate(&format!("[1]{}", "[0]".repeat(20_000)), &names()).unwrap_err();
+        assert!(e.text.contains("an element of the number 1"), "{}", e.text);
+    };
+    std::thread::Builder::new().stack_size(512 << 10).spawn(small).unwrap().join().unwrap();
+    let e = evaluate(&format!("1{}", "+1".repeat(200_000)), &names()).unwrap_err();
+    assert!(e.text.contains("the expression has 400001 bytes, more than 65536"), "{}", e.text);
+}
+
+#[test]
+fn values_that_grow_are_refused() {
+    let grow = |first: Value, text: &str| {
+        let (mut names, room) = (Names::from([("a".to_owned(), first)]), Room::default());
+        for _ in 0..100 {
+            let value = super::evaluate(text, &names, &room)?;
+            names.insert("a".to_owned(), value);
+        }
+        Ok::<_, crate::wrong::Wrong>(names)
+    };
+    for (first, text) in [(Value::Text("x".into()), "a + a"), (Value::Number(1.0), "[a, a]")] {
+        let e = grow(first, text).unwrap_err();
+        assert!(e.text.contains("more than 4194304 numbers and characters"), "{}", e.text);
+    }
+    assert!(grow(Value::Number(1.0), "[a]").unwrap_err().text.contains("nested more than 60 deep"));
+    let long = Names::from([("t".to_owned(), Value::Text("x".repeat(1 << 20)))]);
+    assert!(evaluate("[t + 'y' for i in 10000]", &long).unwrap_err().text.contains("4194304"));
+    assert!(evaluate("len([t, 'y'])", &long).is_ok());
 }

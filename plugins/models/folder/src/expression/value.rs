@@ -4,6 +4,9 @@ use tatu_plugin_api::safe;
 
 use crate::wrong::{Result, Wrong};
 
+/// How many characters of a text messages quote.
+const LONGEST: usize = 80;
+
 /// A value.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Value {
@@ -23,6 +26,9 @@ impl Value {
         match self {
             Value::Number(x) => format!("the number {x}"),
             Value::Bool(b) => b.to_string(),
+            Value::Text(t) if t.len() > LONGEST => {
+                format!("the text '{}...'", t.chars().take(LONGEST).collect::<String>())
+            }
             Value::Text(t) => format!("the text '{t}'"),
             Value::List(l) => format!("a list of {}", l.len()),
         }

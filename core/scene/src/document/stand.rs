@@ -1,0 +1,81 @@
+//! Where an object of a document stands, for what is put in its place.
+
+use std::collections::BTreeSet;
+
+use nalgebra::Isometry3;
+use tatu_plugin_api::{
+    abi::{TATU_KIND_DUMMY, TATU_KIND_JOINT},
+    safe::Value,
+};
+
+use super::{Builder, Document, ObjectSpec, keys, presets::Target};
+use crate::{Scene, rows::Row};
+
+impl Builder<'_> {
+    /// Returns where an object is relative to its parent, with what the files set on it so far. For a model, returns
+    /// where it was placed, since another model may have its base elsewhere.
+    pub(super) fn stand(&self, object: usize) -> Isometry3<f64> {
+        let set = self.set_poses(object);
+        if !self.document.models.iter().any(|m| m.base == object) {
+            return local(self.document, object, set);
+        }
+        let placement = self.document.objects[object].placement;
+        if set.is_empty() {
+            return placement;
+        }
+        // What moved the base moves the model as a whole.
+        let own = local(self.document, object, Vec::new());
+        local(self.document, object, set) * own.inverse() * placement
+    }
+
+    /// Returns the poses that files set on an object; they are not among its rows before all objects exist.
+    fn set_poses(&self, object: usize) -> Vec<(Row, Value)> {
+        let sets = self.document.sets_on(&BTreeSet::from([object]));
+        if sets.is_empty() {
+            return Vec::new();
+        }
+        let declared = self.declared(object);
+        let pose = |i: usize| {
+            let o = &self.document.sets[i];
+            let ((entry, target), factor) = keys::find(&o.key, &declared, "").ok()?;
+            let Target::Row(row) = target else { return None };
+            let value = self.value_of(object, target, &o.item, factor).ok().filter(|_| is_pose(*row))?;
+            Some((*row, keys::check(entry, &o.key, value).ok()?))
+        };
+        sets.into_iter().filter_map(pose).collect()
+    }
+}
+
+fn is_pose(row: Row) -> bool {
+    matches!(row, Row::Pose | Row::WorldPose | Row::Position | Row::Quaternion | Row::Orientation)
+}
+
+/// Returns the pose of an object in its parent's frame, with more rows than it has. The rest of the document is not
+/// instantiated: only a pose in the world depends on what is above.
+fn local(document: &Document, object: usize, more: Vec<(Row, Value)>) -> Isometry3<f64> {
+    let rows = || document.objects[object].rows.iter().chain(&more);
+    let mut chain = vec![object];
+    if rows().any(|(row, _)| *row == Row::WorldPose) {
+        let above = |o: &usize| document.objects[*o].parent;
+        chain.extend(std::iter::successors(document.objects[object].parent, above));
+        chain.reverse();
+    }
+    let spec = |(i, at): (usize, &usize)| {
+        let o = &document.objects[*at];
+        ObjectSpec {
+            kind: if o.kind == TATU_KIND_JOINT { TATU_KIND_JOINT } else { TATU_KIND_DUMMY },
+            alias: o.alias.clone(),
+            parent: i.checked_sub(1),
+            rows: if *at == object { rows().cloned().collect() } else { o.rows.clone() },
+            device: None,
+            scripts: Vec::new(),
+            placement: o.placement,
+            group: 0,
+            place: None,
+        }
+    };
+    let part = Document { objects: chain.iter().enumerate().map(spec).collect(), ..Default::default() };
+    let mut scene = Scene::default();
+    let slots = part.plant(&mut scene, 0);
+    slots.last().map_or_else(Isometry3::identity, |slot| scene.local(*slot))
+}
