@@ -78,8 +78,9 @@ typedef struct tatu_call_api {
   void *(TATU_CALL *alloc)(tatu_call *, uint64_t bytes);
   /* [step] Suspends the command, which then returns TATU_WAIT. It is called again, with `resume` and without arguments,
    * once `until` holds: STEPS: `value` steps later; TIME: at simulation time `value`, s; SIGNAL: when the signal `name`
-   * exists; POLL: in each step; WAKE: when a thread of the plugin has delivered a result, see `ticket`. `resume` (not 0) is the command's own key to what it keeps meanwhile. Returns TATU_WAIT,
-   * so `return call->api->wait(...)` works. If the caller cannot wait, sets the error and returns TATU_ERR_BUSY. */
+   * exists; POLL: in each step; WAKE: when a thread of the plugin has delivered a result, see `ticket`. `resume` (not 0)
+   * is the command's own key to what it keeps meanwhile. Returns TATU_WAIT, so `return call->api->wait(...)` works. If
+   * the caller cannot wait, sets the error and returns TATU_ERR_BUSY. */
   tatu_status(TATU_CALL *wait)(tatu_call *, uint32_t until, double value, tatu_str name, uint64_t resume);
   /* [step] For work on a thread of the plugin's own: a number for `commands.wake`, by which the thread delivers its
    * result once. Then start the thread and return `wait(TATU_UNTIL_WAKE)`. 0: the run repeats a recorded one, which has

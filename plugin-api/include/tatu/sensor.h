@@ -67,7 +67,8 @@ typedef struct tatu_beams {
   uint32_t reserved3;
   const double *origins;    /* 3 per ray, m, sensor frame; null: all rays start at the sensor's origin. Owned as `directions` */
   tatu_object observed;     /* shape, joint or force sensor that TATU_IN_JOINT, _CONTACTS and _WRENCH are of; 0: the nearest
-                             * of each kind at or above the sensor. Not used for motion, which is always the sensor's own */
+                             * of each kind at or above the sensor. If it is removed, the sensor is switched off. Motion is
+                             * always the sensor's own */
 } tatu_beams;
 
 /* Sends out rays along unit vectors, 3 numbers each, which stay the instance's; up to `far_m`, at any incidence. */
@@ -179,7 +180,8 @@ typedef struct tatu_sensor_batch {
   const uint64_t *const *lengths; /* [n] the number of elements of each field, n_fields each */
   double dt;                      /* duration of the last step, s: of physics with the flag below, else of the world */
   double gravity[3];              /* m/s^2, world frame */
-  const double *acceleration;     /* [n], 6 each: m/s^2 and rad/s^2, mean over the step. TATU_IN_ACCELERATION */
+  const double *acceleration;     /* [n], 6 each: m/s^2 and rad/s^2, mean over the step; 0 if no dynamic shape
+                                   * carries the sensor. TATU_IN_ACCELERATION */
   const double *joint;            /* [n], 3 each: position (rad or m), velocity and effort (N m or N) at the end of the
                                    * step; 0 without a joint. TATU_IN_JOINT */
   const uint64_t *first_contact;  /* [n + 1] index of each sensor's first contact in the arrays below */
