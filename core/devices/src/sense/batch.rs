@@ -1,5 +1,7 @@
 //! Calls of a sensor kind with a batch, what follows each measurement, and the sensors that failed in it.
 
+use std::ffi::c_void;
+
 use tatu_plugin_api::abi::*;
 use tatu_plugins::{
     Registry,
@@ -8,7 +10,7 @@ use tatu_plugins::{
     watchdog::{Call, Watch},
 };
 
-use super::{Device, scratch::MeasureScratch};
+use super::{Device, Layout, random::Key, scratch::MeasureScratch};
 
 /// A sensor that failed, alone or with its whole batch.
 pub struct MeasureFailure {
@@ -36,6 +38,24 @@ pub(super) struct Calls<'a> {
 pub(super) struct Who<'a> {
     pub kind: usize,
     pub devices: &'a [usize],
+}
+
+impl Device {
+    /// Adds the sensor to a batch, and begins its next measurement.
+    pub(super) fn prepare(&mut self, s: &mut MeasureScratch, sensor: tatu_object, time: f64) {
+        s.shown.push(self.keep_shown());
+        let Layout { spans, lengths, .. } = &*self.layout;
+        s.data.push(self.data);
+        s.state.push(self.state.place());
+        s.sensor.push(sensor);
+        self.layout.clear(&mut self.fields);
+        s.fields.extend(spans.iter().map(|(first, _)| self.fields[*first..].as_mut_ptr().cast::<c_void>()));
+        s.lengths.push(lengths.as_ptr());
+        s.keys.push(Key::new(self.seed, self.drawn, 0));
+        self.sequence += 1;
+        self.drawn += 1;
+        self.time = time;
+    }
 }
 
 /// Applies the noise of a batch that has been measured, recomputes derived fields, and holds back delayed readings.

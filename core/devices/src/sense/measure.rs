@@ -1,8 +1,6 @@
 //! Batches of sensors of a kind: the beams of many due sensors are cast together, and the plugin is called once for
 //! them.
 
-use std::ffi::c_void;
-
 use tatu_plugin_api::abi::*;
 use tatu_plugins::{
     Registry,
@@ -12,10 +10,10 @@ use tatu_plugins::{
 use tatu_scene::{Scene, pose_to_array};
 
 use super::{
-    Device, Layout, Sensing,
+    Device, Sensing,
     batch::{Calls, MeasureFailure, Who, beside_status, complete, hand_over},
     cast::{Limits, SensorView},
-    random::{self, Key},
+    random,
     scratch::{MeasureScratch, Moment},
 };
 
@@ -106,9 +104,7 @@ fn measure_batch(sensing: &mut Sensing, job: &Job<'_>, around: &Around<'_>) -> V
     s.clear();
     for i in devices {
         let d = &mut all[*i];
-        s.shown.push(d.keep_shown());
-        let layout = &*d.layout;
-        let Layout { plan, spans, .. } = layout;
+        let plan = &d.layout.plan;
         let world = scene.world(d.slot);
         let skip_group = plan.skip_model.then(|| scene.model_of(d.slot)).filter(|g| *g != 0);
         let limits = Limits::of(plan, options.limits);
@@ -117,22 +113,13 @@ fn measure_batch(sensing: &mut Sensing, job: &Job<'_>, around: &Around<'_>) -> V
         s.casts.add(plan, view);
         s.views.push(view);
         s.frames.add(plan, view, targets.seen(plan.sees(choice)), inputs, pool);
-        s.data.push(d.data);
-        s.state.push(d.state.place());
-        s.sensor.push(scene.id(d.slot));
-        layout.clear(&mut d.fields);
-        s.fields.extend(spans.iter().map(|(first, _)| d.fields[*first..].as_mut_ptr().cast::<c_void>()));
-        s.lengths.push(layout.lengths.as_ptr());
         if inputs & TATU_IN_POSE != 0 {
             s.pose.push(pose_to_array(&world));
         }
         if inputs & TATU_IN_TWIST != 0 {
             s.twist.push(twist(d.slot));
         }
-        s.keys.push(Key::new(d.seed, d.drawn, 0));
-        d.sequence += 1;
-        d.drawn += 1;
-        d.time = moment.time;
+        d.prepare(s, scene.id(d.slot), moment.time);
     }
     s.status.fill(devices.len(), TATU_OK);
     let random = random::table(&s.keys);

@@ -1,8 +1,6 @@
 //! Sensors that measure after each physics step: what they feel is taken from the engine, and the plugin is called once
 //! for all sensors of a kind that are due.
 
-use std::ffi::c_void;
-
 use nalgebra::{Isometry3, UnitQuaternion, Vector3};
 use tatu_physics::{BodyId, Contact, Engine, JointId};
 use tatu_plugin_api::abi::*;
@@ -14,9 +12,9 @@ use tatu_plugins::{
 use tatu_scene::{Data, Dynamics, Scene, pose_to_array};
 
 use super::{
-    Device, Layout, Sensing,
+    Device, Sensing,
     batch::{Calls, MeasureFailure, Who, beside_status, complete, hand_over},
-    random::{self, Key},
+    random,
     scratch::{MeasureScratch, Moment},
 };
 use crate::mount::Mount;
@@ -319,23 +317,5 @@ impl Felt<'_> {
             });
             s.friction.push((side * c.friction).into());
         }
-    }
-}
-
-impl Device {
-    /// Adds the sensor to a batch, and begins its next measurement.
-    fn prepare(&mut self, s: &mut MeasureScratch, sensor: tatu_object, time: f64) {
-        s.shown.push(self.keep_shown());
-        let Layout { spans, lengths, .. } = &*self.layout;
-        s.data.push(self.data);
-        s.state.push(self.state.place());
-        s.sensor.push(sensor);
-        self.layout.clear(&mut self.fields);
-        s.fields.extend(spans.iter().map(|(first, _)| self.fields[*first..].as_mut_ptr().cast::<c_void>()));
-        s.lengths.push(lengths.as_ptr());
-        s.keys.push(Key::new(self.seed, self.drawn, 0));
-        self.sequence += 1;
-        self.drawn += 1;
-        self.time = time;
     }
 }

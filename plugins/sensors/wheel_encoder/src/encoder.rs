@@ -164,9 +164,8 @@ mod tests {
     #[test]
     fn readme_names_every_parameter_field_and_preset() {
         let readme = include_str!("../README.md");
-        let quoted = |d: &dyn std::fmt::Debug| format!("{d:?}").split('"').nth(1).unwrap().to_owned();
-        let all = (WheelEncoder::params().into_iter().map(|p| quoted(&p)).collect::<Vec<_>>().into_iter())
-            .chain(WheelEncoder::fields().into_iter().map(|f| quoted(&f)))
+        let all = (WheelEncoder::params().iter().map(|p| p.key().to_owned()).collect::<Vec<_>>().into_iter())
+            .chain(WheelEncoder::fields().into_iter().map(|f| f.name().to_owned()))
             .chain(WheelEncoder::PRESETS.iter().map(|p| p.id.to_owned()));
         for name in all {
             assert!(readme.contains(&format!("| `{name}`")), "{name}");

@@ -80,7 +80,7 @@ impl Reader<'_> {
         let paths = item.as_array().map(|all| all.iter().map(toml_edit::Value::as_str).collect::<Option<Vec<_>>>());
         let Some(paths) = paths.flatten() else {
             let error = Error::new("E102", "`remove`: expected a list of paths below the base");
-            return Err(error.expected("remove = [\"sonars\", \"arm/gripper\"]").at(Some(at)));
+            return Err(error.expected("remove = [\"part\", \"part/*\"]").at(Some(at)));
         };
         let mut tops = BTreeSet::new();
         for path in paths {
@@ -171,7 +171,7 @@ fn below(b: &Builder<'_>, base: usize, path: &str) -> Result<usize> {
         return Ok(found);
     }
     let text = format!("`{path}` is not below the base of the model");
-    Err(Error::new("E110", text).expected("a path below the base, such as \"arm/gripper\""))
+    Err(Error::new("E110", text).expected("a path below the base, such as \"part/piece\""))
 }
 
 /// Returns all objects below the base of a model that a path stands for; `*` and `?` in its last part match several.
@@ -184,7 +184,7 @@ fn all_below(b: &Builder<'_>, base: usize, path: &str) -> Result<Vec<usize>> {
     let found = b.document.names.all_below(from, pattern);
     if found.is_empty() {
         let text = format!("nothing below the base of the model matches `{path}`");
-        return Err(Error::new("E110", text).expected("a path below the base, such as \"arm/gripper\""));
+        return Err(Error::new("E110", text).expected("a path below the base, such as \"part/piece\""));
     }
     Ok(found)
 }
