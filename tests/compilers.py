@@ -40,9 +40,11 @@ def attempt(program, folder, name, lang, kind, env):
     """Creates, builds, runs and checks a plugin; the output of the first command that fails, or None."""
     place = folder / name
     place.mkdir()
+    # Projects of one name that share a target folder would overwrite each other's library.
+    plugin = f"tried_{kind}"
     env = {**os.environ, "XDG_DATA_HOME": str(place / ".data"), **env}
-    for command in [["new", "plugin", "tried", "--lang", lang, "--kind", kind], ["plugin", "run", "tried"],
-                    ["plugin", "check", "tried"]]:
+    for command in [["new", "plugin", plugin, "--lang", lang, "--kind", kind], ["plugin", "run", plugin],
+                    ["plugin", "check", plugin]]:
         ran = subprocess.run([program, *command], cwd=place, env=env, capture_output=True, text=True)
         if ran.returncode:
             return f"tatu {' '.join(command)}\n{ran.stdout}{ran.stderr}"
