@@ -58,7 +58,7 @@ pub fn serve(args: &Serve) -> ExitCode {
 fn start(args: &Serve, watchdog: &Watchdog) -> Result<ExitCode, Error> {
     let options = args.changes.options(&args.services)?;
     let registry = super::registry(args.scene.as_deref(), &options.sources, &args.changes.allow, watchdog)?;
-    let mut document = read(args, args.scene.as_deref(), &registry)?;
+    let mut document = read(args, args.scene.as_deref(), None, &registry)?;
     if document.services.is_empty() {
         return Err(Error::new("E404", "nothing could start this scene: no service was given")
             .help("name one: `tatu serve SCENE --service jsonl`; `tatu open` serves a page"));
@@ -120,11 +120,19 @@ fn start(args: &Serve, watchdog: &Watchdog) -> Result<ExitCode, Error> {
     Ok(if good { ExitCode::SUCCESS } else { ExitCode::FAILURE })
 }
 
-/// Reads a scene with the changes of the command line, and only the services named there.
-fn read(args: &Serve, scene: Option<&Path>, registry: &Registry) -> Result<Arc<Document>, Error> {
+/// Reads a scene with the changes of the command line, and only the services named there. Files among `sources` are not
+/// read from disk.
+fn read(
+    args: &Serve,
+    scene: Option<&Path>,
+    sources: Option<Sources>,
+    registry: &Registry,
+) -> Result<Arc<Document>, Error> {
     let mut options = args.changes.options(&args.services)?;
     let nothing = PathBuf::from(NOTHING);
-    if scene.is_none() {
+    if let Some(sources) = sources {
+        options.sources = sources;
+    } else if scene.is_none() {
         options.sources = Sources::of(vec![(nothing.clone(), NOTHING_TEXT.as_bytes().to_vec())]);
     }
     let document = super::load(scene.unwrap_or(&nothing), &options, registry)?;
@@ -152,11 +160,11 @@ fn reader(
     args: &Serve,
     scene: Option<PathBuf>,
     registry: &Arc<Registry>,
-) -> impl Fn(&Path) -> Result<Arc<Document>, Error> + 'static {
+) -> impl Fn(&Path, Option<Sources>) -> Result<Arc<Document>, Error> + 'static {
     let (args, registry) = (args.clone(), registry.clone());
-    move |file| {
+    move |file, sources| {
         let file = if file.as_os_str().is_empty() { scene.as_deref() } else { Some(file) };
-        read(&args, file, &registry)
+        read(&args, file, sources, &registry)
     }
 }
 

@@ -14,7 +14,7 @@ use tatu_plugin_api::{
 pub const EXTENSIONS: [&CStr; 8] =
     [TATU_COMMAND, TATU_SENSOR, TATU_ACTUATOR, TATU_MODEL, TATU_IMPORTER, TATU_SCRIPT, TATU_SERVICE, TATU_EVENT];
 /// The services that the host offers.
-pub const SERVICES: [&CStr; 13] = [
+pub const SERVICES: [&CStr; 14] = [
     TATU_HOST_SCENE,
     TATU_HOST_STAND_INS,
     TATU_HOST_READINGS,
@@ -28,6 +28,7 @@ pub const SERVICES: [&CStr; 13] = [
     TATU_HOST_LOG,
     TATU_HOST_FILES,
     TATU_HOST_FIGURES,
+    TATU_HOST_EDITS,
 ];
 
 /// Number of drafts beyond the host's own that it checks for, to report what it cannot use.

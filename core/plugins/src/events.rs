@@ -66,6 +66,14 @@ const EVENTS: &[(&str, &str, &[Field])] = &[
     ("stopped", "A run has ended; the scene is as it was before.", &[]),
     ("object_added", "An object was created while the world lives.", &OBJECT),
     ("object_removed", "An object was removed.", &OBJECT),
+    ("edited", "A person edited the scene, undid or redid an edit, or saved.", {
+        const EDITED: [Field; 3] = [
+            ("undo", TEXT, 0, None, "label of the edit that would be undone next, if any"),
+            ("redo", TEXT, 0, None, "label of the edit that would be redone next, if any"),
+            ("unsaved", TATU_BOOL, 0, None, "whether the scene differs from its file"),
+        ];
+        &EDITED
+    }),
     ("collision", "Two shapes begin to touch.", &PAIR),
     ("contact", "Two shapes touch: once for each pair and physics stage.", &PAIR),
     ("separation", "Two shapes no longer touch.", {

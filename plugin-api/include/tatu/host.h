@@ -445,6 +445,54 @@ typedef struct tatu_host_figures {
   tatu_status(TATU_CALL *part)(tatu_world *, tatu_object shape, uint32_t index, tatu_value *);
 } tatu_host_figures;
 
+/* ---------------------------------------------------------------- Edits ----------------------------------------- */
+
+#define TATU_HOST_EDITS "tatu.host.edits/draft.4"
+
+enum tatu_open {
+  TATU_OPEN_FILE = 0,
+  TATU_OPEN_NEW = 1,      /* a new scene of this name, which must not exist; its file is written when it is saved */
+  TATU_OPEN_RECOVERED = 2 /* with what the recovery copy beside the file has; unsaved */
+};
+enum tatu_save {
+  TATU_SAVE_OVER = 1 /* even if the file has changed on disk since it was opened */
+};
+
+/* Edits: changes of the scene by a person, which can be undone. An edit is everything between `begin` and `end`, by any
+ * functions and commands. Its inverse is the whole state before it: objects with their handles, names, order, links and
+ * scripts. While the simulation runs, edits have no inverse: a stop takes them back together with what the run did, but
+ * for texts of scripts, and then the edits from before the run can be undone again. */
+typedef struct tatu_host_edits {
+  uint32_t size;
+  uint32_t reserved;
+  /* [step] Begins an edit. `label` says what it does, in words that follow "Undo" ("Move cup"). Consecutive edits with
+   * the same label and the same `merge`, if that is not empty, become one. Edits within an edit are part of it. */
+  tatu_status(TATU_CALL *begin)(tatu_world *, tatu_str label, tatu_str merge);
+  /* [step] Ends it. `keep` 0: takes it back, unless it was made during a run or merged. */
+  tatu_status(TATU_CALL *end)(tatu_world *, uint32_t keep);
+  /* [step] Takes back the last edit, or (`redo` not 0) repeats the last one that was taken back. `*label` is valid until
+   * the current call returns. TATU_ERR_MISSING, without a message: there is none. Fails during a run, and while a
+   * script is running. */
+  tatu_status(TATU_CALL *step_back)(tatu_world *, uint32_t redo, tatu_str *label);
+  /* [step] The edits as a map: "undo" and "redo" (lists of labels, the next one last), "unsaved" (whether the scene
+   * differs from its file), "revision" (a number for each state), "file" (of the scene), "on_disk" (whether it is
+   * there), "recovery" (when a copy with unsaved edits was written beside it, Unix time in s; none: nil). Valid until
+   * the current call returns. */
+  tatu_status(TATU_CALL *state)(tatu_world *, tatu_value *);
+  /* [step] Saves the scene, as it is while stopped. `file` empty: into its own file, of which everything stays as it is
+   * written that edits did not change; only for services and programs. Else a path from `files.resolve` that ends with
+   * ".toml", which becomes the scene's file. `flags`: TATU_SAVE_*. */
+  tatu_status(TATU_CALL *save)(tatu_world *, tatu_str file, uint32_t flags);
+  /* [step] Writes a recovery copy beside the scene's file, if there are edits since the last copy. It is removed when
+   * the scene is saved, and (`discard` not 0) now. */
+  tatu_status(TATU_CALL *copy)(tatu_world *, uint32_t discard);
+  /* [step] As `session.open`, and `how` is one of enum tatu_open. */
+  tatu_status(TATU_CALL *open)(tatu_world *, tatu_str file, uint32_t how);
+  /* [step] Adds what a text in the format of scene files describes, below `parent` (0: the world): see `scene.load`.
+   * Files that it names are relative to the scene's folder. `*out` is the first object. */
+  tatu_status(TATU_CALL *add)(tatu_world *, tatu_str text, tatu_object parent, tatu_object *out);
+} tatu_host_edits;
+
 /* ---------------------------------------------------------------- Using them ------------------------------------ */
 
 #ifndef __cplusplus
@@ -462,6 +510,7 @@ typedef struct tatu_host_figures {
 #  define TATU_NEED_STAGE TATU_NEED(tatu_host_stage, TATU_HOST_STAGE)
 #  define TATU_NEED_SCRIPTS TATU_NEED(tatu_host_scripts, TATU_HOST_SCRIPTS)
 #  define TATU_NEED_FIGURES TATU_NEED(tatu_host_figures, TATU_HOST_FIGURES)
+#  define TATU_NEED_EDITS TATU_NEED(tatu_host_edits, TATU_HOST_EDITS)
 #endif
 
 /* The tables of the host; those that it lacks and no need names are null. */
@@ -479,6 +528,7 @@ typedef struct tatu_host_api {
   const tatu_host_stage *stage;
   const tatu_host_scripts *scripts;
   const tatu_host_figures *figures;
+  const tatu_host_edits *edits;
 } tatu_host_api;
 
 /* Gets them, in `init`. */
@@ -497,6 +547,7 @@ static inline tatu_host_api tatu_host_api_of(const tatu_host *host) {
   api.stage = (const tatu_host_stage *)host->service(host, TATU_HOST_STAGE);
   api.scripts = (const tatu_host_scripts *)host->service(host, TATU_HOST_SCRIPTS);
   api.figures = (const tatu_host_figures *)host->service(host, TATU_HOST_FIGURES);
+  api.edits = (const tatu_host_edits *)host->service(host, TATU_HOST_EDITS);
   return api;
 }
 /* `init` of a plugin that keeps nothing else: its `self` is a `const tatu_host_api *`. Its `shutdown` is tatu_delete. */

@@ -32,6 +32,7 @@ pub const TATU_HOST_STAGE: &CStr = c"tatu.host.stage/draft.4";
 pub const TATU_HOST_LOG: &CStr = c"tatu.host.log/draft.4";
 pub const TATU_HOST_FILES: &CStr = c"tatu.host.files/draft.4";
 pub const TATU_HOST_FIGURES: &CStr = c"tatu.host.figures/draft.4";
+pub const TATU_HOST_EDITS: &CStr = c"tatu.host.edits/draft.4";
 
 #[repr(C)]
 #[derive(Clone, Copy)]
@@ -337,4 +338,24 @@ pub struct tatu_host_figures {
     pub get:
         Option<for<'a> extern "C" fn(WorldRef<'a>, tatu_object, i64, u32, Option<&mut ValueRef<'a>>) -> tatu_status>,
     pub part: Option<for<'a> extern "C" fn(WorldRef<'a>, tatu_object, u32, Option<&mut ValueRef<'a>>) -> tatu_status>,
+}
+
+pub const TATU_OPEN_FILE: u32 = 0;
+pub const TATU_OPEN_NEW: u32 = 1;
+pub const TATU_OPEN_RECOVERED: u32 = 2;
+pub const TATU_SAVE_OVER: u32 = 1;
+
+#[repr(C)]
+#[derive(Clone, Copy)]
+pub struct tatu_host_edits {
+    pub size: u32,
+    pub reserved: u32,
+    pub begin: Option<extern "C" fn(WorldRef<'_>, Lent<'_>, Lent<'_>) -> tatu_status>,
+    pub end: Option<extern "C" fn(WorldRef<'_>, u32) -> tatu_status>,
+    pub step_back: Option<for<'a> extern "C" fn(WorldRef<'a>, u32, Option<&mut Lent<'a>>) -> tatu_status>,
+    pub state: Option<for<'a> extern "C" fn(WorldRef<'a>, Option<&mut ValueRef<'a>>) -> tatu_status>,
+    pub save: Option<extern "C" fn(WorldRef<'_>, Lent<'_>, u32) -> tatu_status>,
+    pub copy: Option<extern "C" fn(WorldRef<'_>, u32) -> tatu_status>,
+    pub open: Option<extern "C" fn(WorldRef<'_>, Lent<'_>, u32) -> tatu_status>,
+    pub add: Option<extern "C" fn(WorldRef<'_>, Lent<'_>, tatu_object, Option<&mut tatu_object>) -> tatu_status>,
 }

@@ -55,13 +55,22 @@ impl Document {
 
 /// The meshes of the document; a mesh's number is its index plus one.
 #[derive(Default)]
-struct Meshes {
+pub(super) struct Meshes {
     list: Vec<Arc<Mesh>>,
+    /// Whether meshes with the same contents have the same number.
+    by_contents: bool,
 }
 
 impl Meshes {
+    /// Creates a list for scenes that were read separately.
+    pub(super) fn by_contents() -> Self {
+        Meshes { by_contents: true, ..Self::default() }
+    }
+
     fn number(&mut self, mesh: &Arc<Mesh>) -> Value {
         let known = self.list.iter().position(|m| Arc::ptr_eq(m, mesh));
+        let alike = |m: &Arc<Mesh>| self.by_contents && m.triangles.len() == mesh.triangles.len() && **m == **mesh;
+        let known = known.or_else(|| self.list.iter().position(alike));
         let at = known.unwrap_or_else(|| {
             self.list.push(mesh.clone());
             self.list.len() - 1
@@ -71,7 +80,7 @@ impl Meshes {
 }
 
 /// Returns the rows of an object that differ from those of a new one of its kind.
-fn rows(scene: &Scene, slot: u32, device: Option<&DeviceSpec>, meshes: &mut Meshes) -> Vec<(Row, Value)> {
+pub(super) fn rows(scene: &Scene, slot: u32, device: Option<&DeviceSpec>, meshes: &mut Meshes) -> Vec<(Row, Value)> {
     let Some(o) = scene.get(slot) else { return Vec::new() };
     let (blank, blank_slot) = blank(o.kind(), device);
     // The preset will be applied when the file is read, so every value must be written.

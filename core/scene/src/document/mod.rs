@@ -42,7 +42,7 @@ pub use presets::{Setting, Target, settings as preset_settings};
 pub use services::{ServiceOverride, UserSettings};
 pub use settings::{FRICTION_RULES, FrictionPair, LONGEST, Settings};
 pub use sources::Sources;
-pub use toml::{Options, Written, folder_beside, load, load_part, plugin_folders, save, write};
+pub use toml::{Edited, Options, Patched, Written, folder_beside, load, load_part, patch, plugin_folders, save, write};
 
 use crate::{ActuatorData, Data, Joint, Scene, SensorData, Shape, rows::Row};
 use tatu_errors::{Error, Place, Result};
@@ -196,6 +196,8 @@ pub struct Document {
     groups: usize,
     /// Number of scenes read as models so far.
     scenes_within: usize,
+    /// The tables of its file that describe objects, in order.
+    pub(crate) entries: Vec<toml::Entry>,
     /// Its source files.
     pub sources: Sources,
 }

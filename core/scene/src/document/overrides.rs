@@ -7,7 +7,7 @@ use tatu_plugins::{Declared, Registry};
 use super::{
     Builder, Document, ScriptSpec,
     change::{Override, ScriptOverride},
-    keys, settings,
+    keys, scripts, settings,
 };
 use crate::rows::kind_name;
 
@@ -76,6 +76,16 @@ pub(super) fn apply(
             continue;
         }
         let object = find(document, o.from, &o.path).map_err(at)?;
+        if matches!(o.key.as_str(), "script" | "scripts") {
+            let kept = std::mem::take(&mut document.objects[object].scripts);
+            let mut builder = Builder { registry, document, group: 0, place: None, texts: None };
+            let read = scripts::read_item(&mut builder, object, &o.item, o.place.clone());
+            if read.is_err() {
+                document.objects[object].scripts = kept;
+            }
+            read?;
+            continue;
+        }
         if let Some((number, key, value)) = model_param(document, object, o).map_err(at)? {
             if known.iter().any(|(n, k, v)| (*n, k, v) == (number, &key, &value)) {
                 continue;

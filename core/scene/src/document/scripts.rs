@@ -13,16 +13,26 @@ pub(super) fn read(text: &Text<'_>, b: &mut Builder<'_>, table: &dyn TableLike, 
     for key in ["script", "scripts"] {
         let Some(item) = table.get(key) else { continue };
         let place = text.value(table, key);
-        match item {
-            Item::Value(toml_edit::Value::Array(list)) => {
-                for v in list {
-                    script(text, b, owner, &Item::Value(v.clone()), place.clone())?;
-                }
-            }
-            item => script(text, b, owner, item, place)?,
-        }
+        scripts(text, b, owner, item, place)?;
     }
     Ok(())
+}
+
+/// Reads the value of `script` or `scripts` that stands at a place other than the object's own table.
+pub(super) fn read_item(b: &mut Builder<'_>, owner: usize, item: &Item, place: Option<Place>) -> Result {
+    let place = place.unwrap_or_default();
+    let file = place.file.clone();
+    // The positions within the value are unknown; errors point to the place.
+    scripts(&Text::new(&file, ""), b, owner, item, place)
+}
+
+fn scripts(text: &Text<'_>, b: &mut Builder<'_>, owner: usize, item: &Item, place: Place) -> Result {
+    match item {
+        Item::Value(toml_edit::Value::Array(list)) => {
+            list.iter().try_for_each(|v| script(text, b, owner, &Item::Value(v.clone()), place.clone()))
+        }
+        item => script(text, b, owner, item, place),
+    }
 }
 
 fn script(source: &Text<'_>, b: &mut Builder<'_>, owner: usize, item: &Item, place: Place) -> Result {

@@ -20,13 +20,26 @@ struct Inner {
     files: Mutex<BTreeMap<PathBuf, Arc<[u8]>>>,
     /// Whether only cached files are available, and nothing is read from disk.
     closed: bool,
+    /// Whether the files differ from those on disk, because they were recovered.
+    recovered: bool,
 }
 
 impl Sources {
     /// Creates a closed set of files, by the paths under which they were read.
     pub fn of(files: impl IntoIterator<Item = (PathBuf, Vec<u8>)>) -> Self {
         let files = files.into_iter().map(|(p, b)| (p, b.into())).collect();
-        Sources(Arc::new(Inner { files: Mutex::new(files), closed: true }))
+        Sources(Arc::new(Inner { files: Mutex::new(files), closed: true, recovered: false }))
+    }
+
+    /// Creates sources in which these files, by their paths, are read in place of those on disk.
+    pub fn over(files: impl IntoIterator<Item = (PathBuf, Vec<u8>)>, recovered: bool) -> Self {
+        let files = files.into_iter().map(|(p, b)| (p, b.into())).collect();
+        Sources(Arc::new(Inner { files: Mutex::new(files), closed: false, recovered }))
+    }
+
+    /// Returns whether files were recovered, so that those on disk are older.
+    pub fn are_recovered(&self) -> bool {
+        self.0.recovered
     }
 
     /// Returns whether the files are a closed set, so that the disk is not read.

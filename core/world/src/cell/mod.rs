@@ -13,6 +13,7 @@
 //! - `events`: published events; `lines`, `report`: log lines and faults;
 //! - `outside`, `session`, `wake`: the session and its services; `service`, `service_calls`: a single service;
 //!   `input_log`, `inputs`: external inputs;
+//! - `history`: edits, and the states of the scene between them;
 //! - `stores`, `room`: limits on what scripts may store in a world; `instance_image`: a plugin instance in a snapshot;
 //! - `swap`: values that a reload replaces; `stand_ins`, `stand_in_use`: objects created because scripts ask for them.
 
@@ -26,6 +27,7 @@ mod cross;
 mod devices;
 mod events;
 mod folders;
+pub(crate) mod history;
 mod input_log;
 mod inputs;
 mod instance_image;

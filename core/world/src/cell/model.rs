@@ -5,15 +5,15 @@ use std::{cell::RefCell, sync::Arc};
 use tatu_physics::EngineSettings;
 use tatu_plugin_api::abi::*;
 use tatu_plugins::Registry;
-use tatu_scene::{
-    Scene,
-    document::{DeviceSpec, Document, Settings},
+use tatu_scene::document::{Document, Settings};
+
+use super::{
+    history::{History, Memento},
+    swap::Swap,
 };
 
-use super::swap::Swap;
-
-/// The description that a world was built from: the document, the registry of its kinds, and the state that a stop
-/// restores.
+/// The description that a world was built from: the document, the registry of its kinds, the edits made since, and the
+/// state that a stop restores.
 pub(crate) struct Model {
     pub registry: Swap<Registry>,
     pub document: Swap<Document>,
@@ -21,9 +21,8 @@ pub(crate) struct Model {
     pub origins: RefCell<Vec<tatu_object>>,
     pub settings: RefCell<Settings>,
     /// The scene at the start of the run.
-    pub initial: RefCell<Option<Scene>>,
-    /// Slots, kinds and parameters of the devices at the start of the run.
-    pub initial_devices: RefCell<Vec<(u32, DeviceSpec)>>,
+    pub initial: RefCell<Option<Memento>>,
+    pub history: RefCell<History>,
 }
 
 impl Model {
@@ -33,13 +32,17 @@ impl Model {
         settings: Settings,
         origins: Vec<tatu_object>,
     ) -> Self {
+        let mut history = History::default();
+        if document.sources.are_recovered() {
+            history.note_recovered();
+        }
         Model {
             registry: Swap::new(registry),
             document: Swap::new(document),
             origins: RefCell::new(origins),
             settings: RefCell::new(settings),
             initial: RefCell::default(),
-            initial_devices: RefCell::default(),
+            history: RefCell::new(history),
         }
     }
     /// Returns a seed derived from the scene's seed and `key`.

@@ -10,7 +10,7 @@ use std::{
 
 use tatu_errors::{Error, Fault, FaultKind};
 use tatu_plugin_api::{abi::tatu_world, safe::Value};
-use tatu_scene::document::Document;
+use tatu_scene::document::{Document, Sources};
 
 use super::{
     events::Bus,
@@ -56,8 +56,8 @@ pub(crate) struct Outside {
     pub next_scene: RefCell<Option<NextScene>>,
 }
 
-/// Reads a scene file. An empty path means the current scene.
-pub(crate) type SceneReader = Rc<dyn Fn(&Path) -> Result<Arc<Document>, Error>>;
+/// Reads a scene file. An empty path means the current scene. Files among the given sources are not read from disk.
+pub(crate) type SceneReader = Rc<dyn Fn(&Path, Option<Sources>) -> Result<Arc<Document>, Error>>;
 
 /// The scene with which the program continues.
 pub struct NextScene {

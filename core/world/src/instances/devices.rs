@@ -20,8 +20,8 @@ pub(crate) fn make_devices(cell: &WorldCell, slots: &[u32]) -> Result {
     Ok(())
 }
 
-/// Records the current devices, for [`remake_devices`].
-pub(crate) fn note_devices(cell: &WorldCell) {
+/// Returns slots, kinds and parameters of the current devices, for [`remake_devices`].
+pub(crate) fn devices_now(cell: &WorldCell) -> Vec<(u32, DeviceSpec)> {
     let (sensing, actuators) = (cell.devices.sensing.borrow(), cell.devices.actuators.borrow());
     let named = |declared: &[Declared], params: &[Value]| {
         declared.iter().map(|d| d.key.clone()).zip(params.iter().cloned()).filter(|(_, v)| *v != Value::Nil).collect()
@@ -34,15 +34,15 @@ pub(crate) fn note_devices(cell: &WorldCell) {
     let actuators = actuators.devices.iter().map(|d| {
         (d.slot, DeviceSpec { kind: d.kind, params: named(&cell.model.registry.actuators[d.kind].params, &d.params) })
     });
-    *cell.model.initial_devices.borrow_mut() = sensors.chain(actuators).collect();
+    sensors.chain(actuators).collect()
 }
 
-/// Replaces all devices by those that existed at the start, including those of objects that have been removed, with the
-/// parameters at the start. The scene must have been restored already.
-pub(crate) fn remake_devices(cell: &WorldCell) {
+/// Replaces all devices by those that existed in an earlier state, including those of objects that have been removed,
+/// with their parameters then. The scene must have been restored already.
+pub(crate) fn remake_devices(cell: &WorldCell, devices: &[(u32, DeviceSpec)]) {
     end_devices(cell);
-    for (slot, spec) in std::mem::take(&mut *cell.model.initial_devices.borrow_mut()) {
-        if let Err(e) = make_device(cell, slot, &spec, None) {
+    for (slot, spec) in devices {
+        if let Err(e) = make_device(cell, *slot, spec, None) {
             cell.report(Fault::new(FaultKind::Plugin, e.text));
         }
     }

@@ -23,7 +23,7 @@ use tatu_plugins::{
 
 use crate::cell::WorldCell;
 
-pub(crate) use devices::{end_devices, make_device, make_devices, note_devices, remake_devices};
+pub(crate) use devices::{devices_now, end_devices, make_device, make_devices, remake_devices};
 pub(crate) use kinds::{ask_layout, create_actuator, create_sensor, end_actuator, end_sensor};
 pub use save::Missed;
 pub(crate) use save::{load_instance, save_instance, state_of};

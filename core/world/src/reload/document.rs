@@ -187,7 +187,7 @@ impl World {
         let cell: &WorldCell = self.cell();
         f(&mut cell.state.scene.borrow_mut());
         if let Some(initial) = &mut *cell.model.initial.borrow_mut() {
-            f(initial);
+            f(&mut initial.scene);
         }
     }
 
@@ -204,7 +204,7 @@ impl World {
                 }
                 if let Some(initial) = &mut *cell.model.initial.borrow_mut() {
                     // If the object existed at the start, it has the same slot in that scene.
-                    let _ = tatu_scene::set(initial, slot, row, value);
+                    let _ = tatu_scene::set(&mut initial.scene, slot, row, value);
                 }
                 true
             }
@@ -262,7 +262,9 @@ impl World {
             Ok(reset) => {
                 keys.extend(params.iter().map(|(at, _)| info.params[*at].key.clone()));
                 told.notes.extend(reset.map(|why| format!("{path} starts over: {why}")));
-                if let Some((_, spec)) = cell.model.initial_devices.borrow_mut().iter_mut().find(|(s, _)| *s == slot) {
+                let mut initial = cell.model.initial.borrow_mut();
+                let devices = initial.iter_mut().flat_map(|m| &mut m.devices);
+                if let Some((_, spec)) = { devices }.find(|(s, _)| *s == slot) {
                     spec.params.extend(params.into_iter().map(|(at, v)| (info.params[at].key.clone(), v)));
                 }
             }

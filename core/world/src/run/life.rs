@@ -10,22 +10,21 @@
 //! step              no pass: the scene is restored to its state at the start; stopped, `false`
 //! ```
 
-use std::{collections::BTreeMap, path::Path, rc::Rc, sync::Arc};
+use std::{path::Path, rc::Rc, sync::Arc};
 
 use tatu_errors::{Error, Fault, FaultKind, Result};
 use tatu_plugin_api::{abi::*, safe::Value};
 use tatu_scene::{
-    Data, Dynamics, Scene,
-    document::{Document, ScriptSpec},
+    document::{Document, ScriptSpec, Sources},
     rows,
 };
 
 use super::World;
 use crate::{
-    cell::{Model, NextScene, OUTSIDE_KINDS, Phase, Scripts, WorldCell},
-    events,
-    instances::{note_devices, remake_devices},
-    recording, session, step,
+    cell::{NextScene, OUTSIDE_KINDS, Phase, Scripts, WorldCell},
+    events, recording, session,
+    state::memento,
+    step,
 };
 
 impl World {
@@ -66,8 +65,8 @@ impl World {
 
     fn prepare(&self) {
         let cell = &self.cell;
-        *cell.model.initial.borrow_mut() = Some(cell.state.scene.borrow().clone());
-        note_devices(cell);
+        let start = memento::capture(cell);
+        *cell.model.initial.borrow_mut() = Some(start);
         cell.state.clock.time.set(0.0);
         cell.state.clock.step.set(0);
         cell.state.requests.set(0);
@@ -132,8 +131,9 @@ impl World {
     }
 
     /// Lets services request a different scene: see [`next_scene`](Self::next_scene). `read` loads it (an empty path
-    /// means the current scene); if that fails, the service gets the error and this world continues.
-    pub fn take_scenes(&self, read: impl Fn(&Path) -> Result<Arc<Document>> + 'static) {
+    /// means the current scene), with the given sources if there are any; if that fails, the service gets the error and
+    /// this world continues.
+    pub fn take_scenes(&self, read: impl Fn(&Path, Option<Sources>) -> Result<Arc<Document>> + 'static) {
         *self.cell.run.outside.scene_reader.borrow_mut() = Some(Rc::new(read));
     }
 
@@ -193,56 +193,15 @@ impl World {
         cell.restore_process_state("the end of the run");
         cell.state.signals.borrow_mut().retain(|_, s| !s.of_run);
         cell.devices.figures.borrow_mut().end();
-        if let Some(initial) = cell.model.initial.borrow_mut().take() {
-            go_back(cell, initial);
+        let start = cell.model.initial.borrow_mut().take();
+        if let Some(start) = start {
+            memento::end_run(cell, start);
         }
-        remake_devices(cell);
-        Scripts::end_removed(cell);
         Scripts::after_run(cell);
         events::deliver(cell);
         cell.restore_process_state("the end of the run");
         cell.restore_process("the run");
     }
-}
-
-/// Carries custom data over to the restored scene, except data under tags that begin with a control character, which
-/// are reserved for plugins.
-fn leave(then: &mut BTreeMap<Vec<u8>, Vec<u8>>, now: &BTreeMap<Vec<u8>, Vec<u8>>) {
-    let free = |tag: &[u8]| tag.first().is_none_or(|c| !c.is_ascii_control());
-    then.retain(|tag, _| !free(tag));
-    then.extend(now.iter().filter(|(tag, _)| free(tag)).map(|(tag, data)| (tag.clone(), data.clone())));
-}
-
-/// Restores the scene at the start, except for what a stop leaves unchanged.
-fn go_back(cell: &WorldCell, mut initial: Scene) {
-    let mut scene = cell.state.scene.borrow_mut();
-    for (slot, now) in scene.slots() {
-        if initial.get(slot).is_some_and(|o| o.uid == now.uid) {
-            initial.set_name(slot, now.alias(), now.suffix());
-        }
-        if let Some(then) = initial.get_mut(slot).filter(|o| o.uid == now.uid) {
-            then.layer = now.layer;
-            leave(&mut then.notes, &now.notes);
-            if let (Data::Shape(then), Data::Shape(now)) = (&mut then.data, &now.data) {
-                (then.color, then.mass, then.inertia) = (now.color, now.mass, now.inertia);
-            }
-        }
-    }
-    leave(&mut initial.notes, &scene.notes);
-    // The new version makes the engine and the beams rebuild what they derived from the scene.
-    initial.shape_version = scene.shape_version + 1;
-    initial.forget_before();
-    *scene = initial;
-    *cell.state.dynamics.borrow_mut() = Dynamics::new(Model::engine_settings(&cell.model.settings.borrow()));
-    cell.devices.sensing.borrow_mut().forget_scene();
-    for (slot, _) in scene.clone().slots() {
-        match scene.get_mut(slot).map(|o| &mut o.data) {
-            Some(Data::Shape(s)) => s.body.0 = None,
-            Some(Data::Joint(j)) => j.id = None,
-            _ => {}
-        }
-    }
-    cell.state.dynamics.borrow_mut().settle(&mut scene);
 }
 
 impl World {

@@ -253,6 +253,34 @@ impl Scripts {
 }
 
 impl Scripts {
+    /// Makes the scripts of the scene those of an earlier state, whose objects must exist again. Scripts that are the
+    /// same continue. If `texts` is not set, scripts that still exist keep their present texts.
+    pub fn restore(world: &WorldCell, wanted: &[(u32, ScriptSpec)], texts: bool) {
+        let default = world.model.settings.borrow().dialect.clone();
+        let mut replaced = Vec::new();
+        {
+            let mut scripts = world.run.scripts.borrow_mut();
+            let old = std::mem::take(&mut scripts.list);
+            let (mut there, outside): (Vec<_>, Vec<_>) = old.into_iter().partition(|s| s.kind < Kind::Addon);
+            for (slot, spec) in wanted {
+                let Some(kind) = Kind::parse(&spec.kind) else { continue };
+                let known = there.iter().position(|s| s.slot == *slot).map(|at| there.remove(at));
+                match known {
+                    Some(same) if !texts || same.spec(same.text.to_vec()) == *spec => scripts.list.push(same),
+                    other => {
+                        world.run.callback_mask.note_kind(kind, false);
+                        scripts.list.push(Rc::new(Script::new(*slot, kind, spec, default.clone())));
+                        replaced.extend(other);
+                    }
+                }
+            }
+            replaced.extend(there);
+            scripts.list.extend(outside);
+            scripts.sorted_at = 0;
+        }
+        replaced.iter().for_each(|script| script.end_replaced(world));
+    }
+
     /// Returns a summary of each script, in the order in which they were added.
     pub fn told(world: &WorldCell) -> Vec<ScriptSummary> {
         let Ok(scripts) = world.run.scripts.try_borrow() else { return Vec::new() };

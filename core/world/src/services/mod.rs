@@ -8,6 +8,7 @@ mod bodies;
 mod by_path;
 mod commands;
 mod devices;
+mod edits;
 mod events;
 mod figures;
 mod files;
@@ -49,6 +50,7 @@ fn table(id: &CStr) -> *const c_void {
         id if id == TATU_HOST_LOG => (&raw const log::TABLE).cast(),
         id if id == TATU_HOST_FILES => (&raw const files::TABLE).cast(),
         id if id == TATU_HOST_FIGURES => (&raw const figures::TABLE).cast(),
+        id if id == TATU_HOST_EDITS => (&raw const edits::TABLE).cast(),
         _ => std::ptr::null(),
     }
 }

@@ -5,13 +5,13 @@ use std::path::PathBuf;
 use tatu_errors::Error;
 use tatu_plugin_api::abi::*;
 
-use super::answer::{alone, fill, lend, on, passed};
+use super::answer::{Done, alone, fill, lend, on, passed};
 use crate::{
     cell::{Function, NextScene, Phase, SessionCell, WorldCell},
     session::functions,
     step::{self, Stage},
 };
-use tatu_scene::document::LONGEST;
+use tatu_scene::document::{LONGEST, Sources};
 
 pub static TABLE: tatu_host_session = tatu_host_session {
     size: size_of::<tatu_host_session>() as u32,
@@ -189,20 +189,22 @@ extern "C" fn put_in(w: WorldRef<'_>, kind: Lent<'_>, what: Lent<'_>) -> tatu_st
 }
 
 extern "C" fn open(w: WorldRef<'_>, file: Lent<'_>) -> tatu_status {
-    on(w, Function::acts("session.open"), |world| {
-        let Some(read) = world.run.outside.scene_reader.borrow().clone() else {
-            let text = "this program runs only one scene; `tatu serve` and `tatu open` can switch to a different one";
-            return Err(world.run.calls.refuse(TATU_ERR_UNSUPPORTED, text));
-        };
-        let file = PathBuf::from(file.text().into_owned());
-        // The caller gets the error at once, and this world continues.
-        let document = read(&file).map_err(|e| world.run.calls.refuse(TATU_ERR_ARGUMENT, &one_line(&e)))?;
-        *world.run.outside.next_scene.borrow_mut() = Some(NextScene { file, document, starts: false });
-        if world.running() {
-            world.state.requests.set(world.state.requests.get() | 1 << TATU_REQUEST_STOP);
-        }
-        Ok(())
-    })
+    on(w, Function::acts("session.open"), |world| switch_to(world, PathBuf::from(file.text().into_owned()), None))
+}
+
+/// Requests that the program open another scene. `sources` has files that are read in place of those on disk.
+pub(super) fn switch_to(world: &WorldCell, file: PathBuf, sources: Option<Sources>) -> Done {
+    let Some(read) = world.run.outside.scene_reader.borrow().clone() else {
+        let text = "this program runs only one scene; `tatu serve` and `tatu open` can switch to a different one";
+        return Err(world.run.calls.refuse(TATU_ERR_UNSUPPORTED, text));
+    };
+    // The caller gets the error at once, and this world continues.
+    let document = read(&file, sources).map_err(|e| world.run.calls.refuse(TATU_ERR_ARGUMENT, &one_line(&e)))?;
+    *world.run.outside.next_scene.borrow_mut() = Some(NextScene { file, document, starts: false });
+    if world.running() {
+        world.state.requests.set(world.state.requests.get() | 1 << TATU_REQUEST_STOP);
+    }
+    Ok(())
 }
 
 extern "C" fn run(w: WorldRef<'_>, stage: u32, dt: f64) -> tatu_status {
@@ -227,7 +229,7 @@ fn run_stage(world: &WorldCell, stage: u32, dt: f64) -> tatu_status {
 }
 
 /// Formats an error as one sentence, with its place and its hint.
-fn one_line(e: &Error) -> String {
+pub(super) fn one_line(e: &Error) -> String {
     let place = e.place.as_ref().map_or(String::new(), |p| format!("{}:{}: ", p.file.display(), p.line));
     let help = e.help.as_ref().map_or(String::new(), |h| format!(" ({h})"));
     format!("{place}{}{help}", e.text)

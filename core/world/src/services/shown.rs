@@ -13,6 +13,7 @@ use super::answer::{busy, give, on, slot};
 use crate::{
     cell::{Function, WorldCell},
     reload,
+    state::edits,
 };
 
 fn map<const N: usize>(entries: [(&str, Value); N]) -> Value {
@@ -141,6 +142,8 @@ pub(super) extern "C" fn change(w: WorldRef<'_>, script: tatu_object, text: Lent
         reload::change_script(world, &found, text).map_err(|e| {
             let place = e.place.as_ref().map_or(String::new(), |p| format!("{}:{}: ", p.file.display(), p.line));
             world.run.calls.refuse(TATU_ERR_ARGUMENT, &format!("{place}{}", e.text))
-        })
+        })?;
+        edits::note_script(world);
+        Ok(())
     })
 }

@@ -8,7 +8,7 @@ use std::{
 use tatu_plugin_api::abi::*;
 use tatu_scene::{
     Data, Scene,
-    document::{self, MAIN, ScriptSpec},
+    document::{self, Document, MAIN, ScriptSpec},
 };
 
 use super::answer::{busy, list_of, on, place, room_of, slot};
@@ -75,44 +75,60 @@ pub(super) extern "C" fn load(
     on(w, Function::acts("scene.load"), |world| {
         let out = place(world, "a place for the object", out)?;
         let path = PathBuf::from(file.text().into_owned());
-        let parent = match parent {
-            0 => 0,
-            parent => {
-                let scene = world.state.scene.try_borrow().map_err(|_| busy(world))?;
-                slot(world, &scene, parent)?
-            }
-        };
-        let refuse = |e: tatu_errors::Error| {
-            let help = e.help.map_or(String::new(), |h| format!(" ({h})"));
-            world.run.calls.refuse(TATU_ERR_ARGUMENT, &format!("{}{help}", e.text))
-        };
+        let parent = parent_of(world, parent)?;
         free(world)?;
-        let read = document::load_part(&path, &world.model.registry).map_err(refuse)?;
-        for report in &read.reports {
-            world.log(TATU_LOG_DEBUG, &report.text);
-        }
-        let slots = {
-            let mut scene = world.state.scene.try_borrow_mut().map_err(|_| busy(world))?;
-            let slots = read.plant(&mut scene, parent);
-            if slots.contains(&0) {
-                return Err(full(world));
-            }
-            scene.make_unique(&slots);
-            slots
-        };
-        for (spec, slot) in read.objects.iter().zip(&slots) {
-            if let Some(device) = &spec.device {
-                make_device(world, *slot, device, None).map_err(refuse)?;
-            }
-            add_scripts(world, *slot, &spec.scripts);
-        }
+        let read = document::load_part(&path, &world.model.registry).map_err(|e| refuse(world, e))?;
+        let slots = plant(world, &read, parent)?;
         let scene = world.state.scene.try_borrow().map_err(|_| busy(world))?;
-        for s in &slots {
-            world.tell_object("object_added", &scene, *s);
+        // A model is saved as one, with what differs from it; a file is a part of the scene from now on.
+        let is_model = path.to_str().filter(|id| read.models.iter().any(|m| m.base == 0) && !id.ends_with(".toml"));
+        if let (Some(id), Some(base)) = (is_model, slots.first().and_then(|s| scene.get(*s))) {
+            world.model.history.borrow_mut().models.insert(base.uid, id.to_owned());
         }
         *out = slots.first().map_or(0, |s| scene.id(*s));
         Ok(())
     })
+}
+
+fn refuse(world: &WorldCell, e: tatu_errors::Error) -> tatu_status {
+    let help = e.help.map_or(String::new(), |h| format!(" ({h})"));
+    world.run.calls.refuse(TATU_ERR_ARGUMENT, &format!("{}{help}", e.text))
+}
+
+/// Returns the slot of a parent given by a caller; 0 for the world.
+pub(super) fn parent_of(world: &WorldCell, parent: tatu_object) -> Result<u32, tatu_status> {
+    if parent == 0 {
+        return Ok(0);
+    }
+    let scene = world.state.scene.try_borrow().map_err(|_| busy(world))?;
+    slot(world, &scene, parent)
+}
+
+/// Adds the objects of a document with their devices and scripts; returns their slots.
+pub(super) fn plant(world: &WorldCell, read: &Document, parent: u32) -> Result<Vec<u32>, tatu_status> {
+    for report in &read.reports {
+        world.log(TATU_LOG_DEBUG, &report.text);
+    }
+    let slots = {
+        let mut scene = world.state.scene.try_borrow_mut().map_err(|_| busy(world))?;
+        let slots = read.plant(&mut scene, parent);
+        if slots.contains(&0) {
+            return Err(full(world));
+        }
+        scene.make_unique(&slots);
+        slots
+    };
+    for (spec, slot) in read.objects.iter().zip(&slots) {
+        if let Some(device) = &spec.device {
+            make_device(world, *slot, device, None).map_err(|e| refuse(world, e))?;
+        }
+        add_scripts(world, *slot, &spec.scripts);
+    }
+    let scene = world.state.scene.try_borrow().map_err(|_| busy(world))?;
+    for s in &slots {
+        world.tell_object("object_added", &scene, *s);
+    }
+    Ok(slots)
 }
 
 /// Saves an object with all its descendants, or the whole scene.
@@ -145,7 +161,7 @@ pub(super) extern "C" fn save(w: WorldRef<'_>, file: Lent<'_>, base: tatu_object
 }
 
 /// Checks that no caller further up the stack has borrowed a part of the world.
-fn free(world: &WorldCell) -> Result<(), tatu_status> {
+pub(super) fn free(world: &WorldCell) -> Result<(), tatu_status> {
     let busy_now = world.state.scene.try_borrow_mut().is_err()
         || world.devices.sensing.try_borrow_mut().is_err()
         || world.devices.actuators.try_borrow_mut().is_err()

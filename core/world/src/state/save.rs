@@ -54,3 +54,10 @@ pub(crate) fn scripts_of(cell: &WorldCell, slot: u32) -> Vec<ScriptSpec> {
     let all = scene.scripts(slot).into_iter().filter_map(|s| scripts.by_slot(s));
     all.filter(|s| s.kind < crate::cell::Kind::Addon).map(|s| s.spec(s.text.to_vec())).collect()
 }
+
+/// Returns the scripts of the scene with their slots, in the order in which they were added.
+pub(crate) fn script_list(cell: &WorldCell) -> Vec<(u32, ScriptSpec)> {
+    let scripts = cell.run.scripts.borrow();
+    let all = scripts.list.iter().filter(|s| s.kind < crate::cell::Kind::Addon);
+    all.map(|s| (s.slot, s.spec(s.text.to_vec()))).collect()
+}

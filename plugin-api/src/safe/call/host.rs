@@ -29,6 +29,7 @@ pub struct Host {
     pub(crate) log: Option<&'static tatu_host_log>,
     pub(crate) files: Option<&'static tatu_host_files>,
     pub(crate) figures: Option<&'static tatu_host_figures>,
+    pub(crate) edits: Option<&'static tatu_host_edits>,
 }
 
 // SAFETY: the tables are immutable and live until shutdown; the header states for each function which threads may call
@@ -65,6 +66,7 @@ impl Host {
                 log: table(find(TATU_HOST_LOG)),
                 files: table(find(TATU_HOST_FILES)),
                 figures: table(find(TATU_HOST_FIGURES)),
+                edits: table(find(TATU_HOST_EDITS)),
             }
         };
         guard::set_panic_hook(host.logger());
@@ -89,6 +91,7 @@ impl Host {
             log: None,
             files: None,
             figures: None,
+            edits: None,
         }
     }
 

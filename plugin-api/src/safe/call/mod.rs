@@ -1,6 +1,7 @@
 //! The interfaces that a plugin calls: the host, worlds, and the call of a command.
 
 pub(crate) mod catalogue;
+pub(crate) mod edits;
 pub(crate) mod figures;
 pub(crate) mod files;
 pub(crate) mod host;

@@ -1,11 +1,15 @@
 //! Tatu's own commands, for which the V-REP script API has no equivalent: `tatu.on`, `tatu.emit`, `tatu.options`,
 //! `tatu.list`, `tatu.get`, `tatu.set`, `tatu.properties`, `tatu.read`, `tatu.save`, `tatu.getScript`,
-//! `tatu.setScript`, `tatu.press`, `tatu.open`, `tatu.drive`, `tatu.models` and `tatu.addModel`.
+//! `tatu.setScript`, `tatu.addScript`, `tatu.press`, `tatu.open`, `tatu.drive`, `tatu.models`, `tatu.addModel`,
+//! `tatu.add`, `tatu.copy`, `tatu.remove`; and for people who edit a scene: `tatu.edit`, `tatu.undo`, `tatu.redo`,
+//! `tatu.edits`, `tatu.saveScene`, `tatu.newScene` and `tatu.recover`.
 //!
 //! Each file contains one subject; `tests/program/events.rs` tests them through scripts.
 
 mod drive;
+mod edits;
 mod events;
+mod objects;
 mod options;
 mod plugin;
 mod properties;
@@ -22,7 +26,9 @@ impl Plugin for Tatu {
     }
     fn offer(offer: &mut Offer<Self>) {
         drive::offer(offer);
+        edits::offer(offer);
         events::offer(offer);
+        objects::offer(offer);
         options::offer(offer);
         properties::offer(offer);
         read::offer(offer);

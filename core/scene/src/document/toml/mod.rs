@@ -8,7 +8,8 @@
 //! - `scene`: `[scene]` and `[providers]`; `parts`: `[[model]]`, `[[import]]` and scenes as models; `models`: which
 //!   model a name stands for, and models of text; `naming`: their files; `changes`: what a scene adds to, takes out of and replaces in a model;
 //!   `object`: `[[object]]`, positions and `[set]`; `meshes`: meshes in separate files;
-//! - `write`: a document as a scene file; `value_text`: the text of values.
+//! - `write`: a document as a scene file; `patch`: an edited scene in the text it was read from; `value_text`: the
+//!   text of values.
 
 mod changes;
 mod meshes;
@@ -17,6 +18,7 @@ mod naming;
 mod needs;
 mod object;
 mod parts;
+mod patch;
 mod scene;
 mod value_text;
 mod write;
@@ -41,6 +43,7 @@ use super::{
     sources::Sources,
 };
 
+pub use patch::{Edited, Entry, Patched, patch};
 pub use write::{Written, folder_beside, save, write};
 
 /// Options of a run that affect the scene.
@@ -275,8 +278,15 @@ impl<'a> Reader<'a> {
         if let Some(permissions) = self.table(root, "permissions")? {
             self.permissions(permissions, b.document)?;
         }
+        let mut counts: BTreeMap<&str, usize> = BTreeMap::new();
         for (what, table) in self.in_order(root)? {
             b.place = Some(self.text.place(table_span(table)));
+            if top {
+                let places = what != "object" || !table.contains_key("kind") && !is_device(table);
+                let count = counts.entry(what).or_default();
+                b.document.entries.push(Entry { what, index: *count, first: b.document.objects.len(), places });
+                *count += 1;
+            }
             match what {
                 "model" => drop(self.model(b, table, parent, None)?),
                 "import" => drop(self.import(b, table, parent)?),
@@ -337,6 +347,11 @@ impl<'a> Reader<'a> {
             Error::new("E102", format!("`{key}`: expected a text")).at(Some(self.text.value(table, key)))
         })
     }
+}
+
+/// Returns whether a table describes a sensor or an actuator, whose kind may be left out.
+fn is_device(table: &dyn TableLike) -> bool {
+    ["sensor", "actuator"].iter().any(|k| table.contains_key(k))
 }
 
 fn table_span(table: &dyn TableLike) -> Option<std::ops::Range<usize>> {

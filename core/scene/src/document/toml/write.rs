@@ -36,30 +36,45 @@ pub struct Written {
 /// Reading the result gives the same scene, with the same bits in every number. Models and imports become single
 /// objects, which keep their unique names.
 pub fn write(document: &Document, registry: &Registry, folder: &str) -> Result<Written> {
-    let (scene, slots) = document.instantiate();
     // This copy is used only to look up the meaning of keys.
     let mut copy = document.clone();
     let builder = Builder { registry, document: &mut copy, group: 0, place: None, texts: None };
-    let mut writer = Writer {
-        document,
-        registry,
-        scene,
-        slots,
-        folder,
-        out: Written { text: "format = 1\n".into(), ..Default::default() },
-        names: BTreeSet::new(),
-        meshes: BTreeMap::new(),
-        users: BTreeMap::new(),
-    };
-    for spec in &document.objects {
-        *writer.users.entry(&spec.alias).or_default() += 1;
-    }
+    let mut writer = Writer::new(document, registry, folder, BTreeSet::new());
+    writer.out.text = "format = 1\n".into();
     writer.world();
     writer.services();
     for (i, spec) in document.objects.iter().enumerate() {
-        writer.object(&builder, i, spec)?;
+        writer.object(&builder, i, spec, None)?;
     }
     Ok(writer.out)
+}
+
+/// Writes single objects of a document.
+pub struct Pieces<'a> {
+    writer: Writer<'a>,
+    /// Used only to look up the meaning of keys.
+    copy: Document,
+}
+
+impl<'a> Pieces<'a> {
+    /// `taken` lists separate files that exist, in lower case.
+    pub fn new(document: &'a Document, registry: &'a Registry, folder: &'a str, taken: BTreeSet<String>) -> Self {
+        Pieces { writer: Writer::new(document, registry, folder, taken), copy: document.clone() }
+    }
+    /// Returns the separate files, and what was left out.
+    pub fn finish(self) -> Written {
+        self.writer.out
+    }
+}
+
+/// Returns the table of an object as text, with a given path of its parent.
+pub fn piece(pieces: &mut Pieces<'_>, index: usize, parent: Option<&str>) -> Result<String> {
+    let Pieces { writer, copy } = pieces;
+    let registry = writer.registry;
+    let builder = Builder { registry, document: copy, group: 0, place: None, texts: None };
+    let spec = &writer.document.objects[index];
+    writer.object(&builder, index, spec, parent)?;
+    Ok(std::mem::take(&mut writer.out.text))
 }
 
 /// Returns the folder for the separate files of a scene file, relative to it.
@@ -97,7 +112,17 @@ struct Writer<'a> {
     users: BTreeMap<&'a str, usize>,
 }
 
-impl Writer<'_> {
+impl<'a> Writer<'a> {
+    fn new(document: &'a Document, registry: &'a Registry, folder: &'a str, names: BTreeSet<String>) -> Self {
+        let (scene, slots) = document.instantiate();
+        let mut users: BTreeMap<&str, usize> = BTreeMap::new();
+        for spec in &document.objects {
+            *users.entry(&spec.alias).or_default() += 1;
+        }
+        let (out, meshes) = (Written::default(), BTreeMap::new());
+        Writer { document, registry, scene, slots, folder, out, names, meshes, users }
+    }
+
     fn put(&mut self, line: &str) {
         self.out.text += line;
         self.out.text.push('\n');
@@ -151,7 +176,8 @@ impl Writer<'_> {
         }
     }
 
-    fn object(&mut self, builder: &Builder<'_>, index: usize, spec: &ObjectSpec) -> Result {
+    /// Writes an object. `parent` is the path of its parent; if it is not given, the parent's name is written.
+    fn object(&mut self, builder: &Builder<'_>, index: usize, spec: &ObjectSpec, parent: Option<&str>) -> Result {
         let slot = self.slots[index];
         let own = self.name_of(slot);
         self.put("\n[[object]]");
@@ -161,9 +187,9 @@ impl Writer<'_> {
         if own != spec.alias || self.users.get(spec.alias.as_str()).is_some_and(|n| *n > 1) {
             self.put(&format!("name = {}", quoted(&own)));
         }
-        if let Some(parent) = spec.parent {
-            let parent = self.name_of(self.slots[parent]);
-            self.put(&format!("parent = {}", quoted(&parent)));
+        let by_name = spec.parent.map(|p| self.name_of(self.slots[p]));
+        if let Some(parent) = parent.or(by_name.as_deref()) {
+            self.put(&format!("parent = {}", quoted(parent)));
         }
         if let Some(d) = &spec.device {
             let key = kind_name(spec.kind);

@@ -1,0 +1,100 @@
+//! Objects that the file does not describe yet.
+
+use std::collections::BTreeSet;
+
+use tatu_errors::Result;
+use tatu_plugin_api::safe::Value;
+use tatu_plugins::Registry;
+use toml_edit::{ArrayOfTables, DocumentMut, Item, Table};
+
+use super::{
+    super::{
+        value_text::quoted,
+        write::{Pieces, piece},
+    },
+    tables::Writer,
+};
+use crate::{
+    document::{Beside, Document, ObjectSpec},
+    rows::Row,
+};
+
+/// Appends tables for the objects that the file does not describe, parents first. A model is placed as such, without
+/// what differs from it; what is below its base is left to the next round.
+pub fn append(writer: &mut Writer<'_>, registry: &Registry) -> Result {
+    let edited = writer.edited;
+    let new: Vec<u32> = writer.in_order().into_iter().filter(|s| !writer.entries.has(*s)).collect();
+    if new.is_empty() {
+        return Ok(());
+    }
+    let mut below_model: BTreeSet<u32> = BTreeSet::new();
+    let beside = Beside { device: edited.beside.device, scripts: &|_| Vec::new() };
+    let mut flat = Document::of_scene(edited.scene, 0, edited.settings.clone(), &beside);
+    flat.objects.iter_mut().for_each(|o| leave_out_defaults(o, registry));
+    let order = writer.in_order();
+    let taken = edited.taken.iter().cloned().chain(writer.out.files.iter().map(|(f, _)| f.to_lowercase())).collect();
+    let mut pieces = Pieces::new(&flat, registry, edited.folder, taken);
+    for slot in new {
+        let parent = edited.scene.get(slot).map_or(0, |o| o.parent);
+        writer.out.changes += 1;
+        if below_model.contains(&parent) {
+            below_model.insert(slot);
+            continue;
+        }
+        let parent_path = (parent != 0).then(|| edited.scene.path(parent));
+        if let Some(id) = edited.models.get(&slot) {
+            below_model.insert(slot);
+            let alias = edited.scene.get(slot).map_or(String::new(), |o| o.alias().to_owned());
+            let mut text = format!("[[model]]\nmodel = {}\nalias = {}\n", quoted(id), quoted(&alias));
+            if let Some(path) = parent_path {
+                text += &format!("parent = {}\n", quoted(&path));
+            }
+            add(writer, &text);
+            continue;
+        }
+        let Some(index) = order.iter().position(|s| *s == slot) else { continue };
+        let mut text = piece(&mut pieces, index, parent_path.as_deref())?;
+        let alias = edited.scene.get(slot).map_or(String::new(), |o| o.alias().to_owned());
+        let scripts: Vec<String> = (edited.beside.scripts)(slot).iter().map(|s| writer.new_file(s, &alias)).collect();
+        match scripts.as_slice() {
+            [] => {}
+            [one] => text += &format!("script = {one}\n"),
+            list => text += &format!("scripts = [{}]\n", list.join(", ")),
+        }
+        add(writer, &text);
+    }
+    let written = pieces.finish();
+    writer.out.files.extend(written.files);
+    writer
+        .out
+        .problems
+        .extend(written.left_out.into_iter().map(|what| format!("{what} cannot be written to a scene file")));
+    Ok(())
+}
+
+/// Drops parameters that have their default values, which depend on nothing else without a preset.
+fn leave_out_defaults(object: &mut ObjectSpec, registry: &Registry) {
+    let preset = object.rows.iter().any(|(row, _)| *row == Row::Preset);
+    let Some(device) = object.device.as_mut().filter(|_| !preset) else { return };
+    let info = registry.device(object.kind, device.kind);
+    let usual = |key: &str, value: &Value| info.declared().any(|d| d.key == key && d.fallback == *value);
+    device.params.retain(|(key, value)| !usual(key, value));
+}
+
+/// Adds a table, which is written as in a file.
+fn add(writer: &mut Writer<'_>, text: &str) {
+    let position = writer.last_position() + 1;
+    let Ok(doc) = text.trim_start().parse::<DocumentMut>() else { return };
+    for (name, item) in doc.as_table().iter() {
+        let Item::ArrayOfTables(tables) = item else { continue };
+        for table in tables.iter() {
+            let mut table: Table = table.clone();
+            table.set_position(Some(position));
+            table.decor_mut().set_prefix("\n");
+            let list = writer.doc.entry(name).or_insert_with(|| Item::ArrayOfTables(ArrayOfTables::new()));
+            if let Some(list) = list.as_array_of_tables_mut() {
+                list.push(table);
+            }
+        }
+    }
+}

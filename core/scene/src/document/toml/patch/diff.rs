@@ -1,0 +1,128 @@
+//! What differs between a document and the scene that was made of it.
+
+use std::collections::BTreeMap;
+
+use tatu_plugin_api::safe::Value;
+
+use super::{Edited, entries::Entries};
+use crate::{
+    Scene,
+    document::{Builder, DeviceSpec, ScriptSpec, live},
+    get,
+    rows::Row,
+};
+
+/// Positions (m) and angles (rad) that differ by less are the same: what a file states in degrees has other last bits.
+const SAME: f64 = 1e-8;
+
+/// What differs in one object.
+#[derive(Debug, Default)]
+pub struct Difference {
+    /// Properties with their new values; `None`: that of a new object.
+    pub rows: Vec<(Row, Option<Value>)>,
+    /// Parameters and commands of its device.
+    pub params: Vec<(String, Value)>,
+    pub position: bool,
+    pub rotation: bool,
+    pub alias: bool,
+    pub parent: bool,
+    /// Its new scripts, if they differ.
+    pub scripts: Option<Vec<ScriptSpec>>,
+}
+
+impl Difference {
+    fn is_none(&self) -> bool {
+        let moved = self.position || self.rotation || self.alias || self.parent;
+        self.rows.is_empty() && self.params.is_empty() && self.scripts.is_none() && !moved
+    }
+}
+
+/// Compares all objects that the file still describes.
+pub fn all(edited: &Edited<'_>, builder: &Builder<'_>, entries: &Entries) -> BTreeMap<usize, Difference> {
+    let (base, slots) = edited.document.instantiate();
+    let mut meshes = live::Meshes::by_contents();
+    let mut out = BTreeMap::new();
+    for &object in &entries.kept {
+        let pair = Pair { object, then: (&base, slots[object]), now: (edited.scene, edited.slots[object]) };
+        let difference = pair.compare(edited, (builder, entries), &mut meshes);
+        if !difference.is_none() {
+            out.insert(object, difference);
+        }
+    }
+    out
+}
+
+/// An object of the document, as the document describes it and as it is now.
+struct Pair<'a> {
+    object: usize,
+    then: (&'a Scene, u32),
+    now: (&'a Scene, u32),
+}
+
+impl Pair<'_> {
+    fn compare(
+        &self,
+        edited: &Edited<'_>,
+        (builder, entries): (&Builder<'_>, &Entries),
+        meshes: &mut live::Meshes,
+    ) -> Difference {
+        let spec = &edited.document.objects[self.object];
+        let ((base, old), (scene, new)) = (self.then, self.now);
+        let device = (edited.beside.device)(new);
+        let (a, b) = (base.local(old), scene.local(new));
+        let mut out = Difference {
+            position: (a.translation.vector - b.translation.vector).norm() > SAME,
+            rotation: a.rotation.angle_to(&b.rotation) > SAME,
+            alias: scene.get(new).is_some_and(|o| o.alias() != spec.alias)
+                && !(edited.is_foreign)(new, Row::Name, &scene.get(new).map_or(Value::Nil, |o| Value::text(o.name()))),
+            parent: scene.get(new).is_some_and(|o| o.parent != spec.parent.map_or(0, |p| edited.slots[p]))
+                || spec.parent.is_some_and(|p| !entries.kept.contains(&p)),
+            ..Difference::default()
+        };
+        let then: BTreeMap<Row, Value> = live::rows(base, old, spec.device.as_ref(), meshes).into_iter().collect();
+        let now: BTreeMap<Row, Value> = live::rows(scene, new, device.as_ref(), meshes).into_iter().collect();
+        let rows: std::collections::BTreeSet<Row> = then.keys().chain(now.keys()).copied().collect();
+        for row in rows.into_iter().filter(|r| !matches!(r, Row::Name | Row::Pose)) {
+            let (was, is) = (then.get(&row), now.get(&row));
+            if was == is {
+                continue;
+            }
+            let value = is.cloned().or_else(|| get(scene, new, row).ok());
+            if value.as_ref().is_some_and(|v| (edited.is_foreign)(new, row, v)) {
+                continue;
+            }
+            out.rows.push((row, value));
+        }
+        if let (Some(was), Some(is)) = (&spec.device, &device) {
+            out.params = params(was, is, builder, self.object);
+        }
+        let scripts = (edited.beside.scripts)(new);
+        if !same_scripts(&spec.scripts, &scripts, &edited.settings.dialect) {
+            out.scripts = Some(scripts);
+        }
+        out
+    }
+}
+
+/// Returns the parameters and commands that differ.
+fn params(was: &DeviceSpec, is: &DeviceSpec, builder: &Builder<'_>, object: usize) -> Vec<(String, Value)> {
+    let kind = builder.document.objects[object].kind;
+    let info = builder.registry.device(kind, is.kind);
+    let usual = |key: &str| info.declared().find(|d| d.key == key).map(|d| d.fallback.clone());
+    let before = |key: &str| was.params.iter().rev().find(|(k, _)| k == key).map(|(_, v)| v.clone());
+    let differs = |(key, value): &&(String, Value)| before(key).or_else(|| usual(key)).as_ref() != Some(value);
+    is.params.iter().filter(differs).cloned().collect()
+}
+
+/// Returns whether scripts are the same. A script that names no dialect has got that of the scene.
+pub fn same_scripts(was: &[ScriptSpec], is: &[ScriptSpec], dialect: &str) -> bool {
+    let same = |(a, b): (&ScriptSpec, &ScriptSpec)| a.text == b.text && same_kind(a, b, dialect);
+    was.len() == is.len() && was.iter().zip(is).all(same)
+}
+
+/// Returns whether scripts differ in nothing but their texts and names.
+pub fn same_kind(was: &ScriptSpec, is: &ScriptSpec, dialect: &str) -> bool {
+    let of = |s: &ScriptSpec| (s.language, s.kind.clone(), s.priority, s.side_by_side);
+    let same_dialect = was.dialect == is.dialect || (was.dialect.is_empty() && is.dialect == dialect);
+    of(was) == of(is) && same_dialect
+}

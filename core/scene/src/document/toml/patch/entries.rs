@@ -1,0 +1,92 @@
+//! Which table of a scene file an object comes from, and which objects stay what the file describes.
+
+use std::collections::BTreeSet;
+
+use super::Edited;
+
+/// A table of the file: `[[object]]`, `[[model]]` or `[[import]]`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Entry {
+    /// `object`, `model` or `import`.
+    pub what: &'static str,
+    /// Its index among the tables of that name.
+    pub index: usize,
+    /// Its first object. It is the base of a model.
+    pub first: usize,
+    /// Whether it places a model or an imported file.
+    pub places: bool,
+}
+
+/// The tables of a file, and where each object of the scene comes from.
+pub struct Entries {
+    /// In the order of the file.
+    pub list: Vec<Entry>,
+    /// The entry of each object of the document.
+    of: Vec<Option<usize>>,
+    /// Objects of the document that are still what their entry describes: not removed, and not moved out of a model.
+    pub kept: BTreeSet<usize>,
+    /// Their slots in the scene.
+    kept_slots: BTreeSet<u32>,
+    /// The object of each slot of the scene that has one.
+    by_slot: std::collections::BTreeMap<u32, usize>,
+}
+
+impl Entries {
+    pub fn new(edited: &Edited<'_>) -> Self {
+        let list = edited.document.entries.clone();
+        let count = edited.document.objects.len();
+        let mut of = vec![None; count];
+        for (n, entry) in list.iter().enumerate() {
+            let end = list.get(n + 1).map_or(count, |next| next.first);
+            of[entry.first.min(count)..end.min(count)].fill(Some(n));
+        }
+        let mut entries = Entries { list, of, ..Entries::empty() };
+        for (object, slot) in edited.slots.iter().enumerate().filter(|(_, s)| **s != 0) {
+            if entries.stays(edited, object, *slot) {
+                entries.kept.insert(object);
+                entries.kept_slots.insert(*slot);
+                entries.by_slot.insert(*slot, object);
+            }
+        }
+        entries
+    }
+
+    fn empty() -> Self {
+        Entries {
+            list: Vec::new(),
+            of: Vec::new(),
+            kept: BTreeSet::new(),
+            kept_slots: BTreeSet::new(),
+            by_slot: Default::default(),
+        }
+    }
+
+    /// Returns whether an object that exists is still what its entry describes. Parents precede their children, so they
+    /// have been decided.
+    fn stays(&self, edited: &Edited<'_>, object: usize, slot: u32) -> bool {
+        let Some(entry) = self.of(object) else { return false };
+        if entry.first == object || !entry.places {
+            return true;
+        }
+        let Some(parent) = edited.document.objects[object].parent else { return true };
+        let above = edited.scene.get(slot).map_or(0, |o| o.parent);
+        self.kept.contains(&parent) && edited.slots[parent] == above
+    }
+
+    /// Returns the entry of an object of the document.
+    pub fn of(&self, object: usize) -> Option<Entry> {
+        self.of.get(object).copied().flatten().map(|n| self.list[n])
+    }
+    /// Returns the object of the document that a slot of the scene still is.
+    pub fn object_at(&self, slot: u32) -> Option<usize> {
+        self.by_slot.get(&slot).copied()
+    }
+    /// Returns whether a slot of the scene is described by the file.
+    pub fn has(&self, slot: u32) -> bool {
+        self.kept_slots.contains(&slot)
+    }
+    /// Returns whether an entry stays in the file.
+    pub fn stays_listed(&self, entry: &Entry) -> bool {
+        self.kept.contains(&entry.first)
+    }
+}

@@ -1,0 +1,410 @@
+//! Changing tables of a scene file.
+
+use std::collections::BTreeMap;
+
+use nalgebra::{Isometry3, UnitQuaternion};
+use tatu_errors::Result;
+use tatu_plugin_api::safe::Value;
+use tatu_plugins::units;
+use toml_edit::{DocumentMut, Item, Table, TableLike};
+
+use super::{
+    super::value_text::{drive, free_data, line, text},
+    Differences, Edited, Patched,
+    diff::Difference,
+    entries::{Entries, Entry},
+};
+use crate::{
+    document::{Builder, Target, overrides},
+    rows::Row,
+    to_euler,
+};
+
+/// Digits that are written of positions, m, and of angles, degrees.
+const DIGITS: (f64, f64) = (1e9, 1e7);
+
+/// Changes the tables of a file.
+pub struct Writer<'a> {
+    pub doc: &'a mut DocumentMut,
+    pub edited: &'a Edited<'a>,
+    pub builder: &'a Builder<'a>,
+    pub entries: &'a Entries,
+    pub out: &'a mut Patched,
+}
+
+/// Returns a table of the file, which is added if it is not there.
+pub fn section<'d>(doc: &'d mut DocumentMut, name: &str) -> &'d mut dyn TableLike {
+    let item = doc.entry(name).or_insert_with(|| Item::Table(Table::new()));
+    if item.as_table_like().is_none() {
+        *item = Item::Table(Table::new());
+    }
+    item.as_table_like_mut().expect("it has just been made a table")
+}
+
+/// Sets a key to a value written as TOML; the comment behind an old value stays.
+pub fn put_text(table: &mut dyn TableLike, key: &str, written: &str) -> bool {
+    let Ok(mut value) = written.trim().parse::<toml_edit::Value>() else { return false };
+    match table.get_mut(key) {
+        Some(Item::Value(old)) => {
+            *value.decor_mut() = old.decor().clone();
+            *old = value;
+        }
+        Some(item) => *item = Item::Value(value),
+        None => drop(table.insert(key, Item::Value(value))),
+    }
+    true
+}
+
+/// Sets a declared key, in the unit in which it is written if it is there.
+pub fn put_line(table: &mut dyn TableLike, key: &str, unit: Option<&str>, value: &Value) -> bool {
+    let there = table.iter().find_map(|(k, _)| units::factor(k, key, unit).map(|f| (k.to_owned(), f)));
+    if let Some((written, factor)) = there {
+        if let Some(text) = text(value, factor) {
+            return put_text(table, &written, &text);
+        }
+        table.remove(&written);
+    }
+    let Some(line) = line(key, unit, value) else { return false };
+    let Some((written, value)) = line.split_once(" = ") else { return false };
+    put_text(table, written, value)
+}
+
+impl Writer<'_> {
+    pub fn table(&mut self, entry: &Entry) -> Option<&mut Table> {
+        self.doc.get_mut(entry.what)?.as_array_of_tables_mut()?.get_mut(entry.index)
+    }
+
+    fn slot(&self, object: usize) -> u32 {
+        self.edited.slots[object]
+    }
+
+    /// The path of an object in the scene.
+    pub fn path(&self, slot: u32) -> String {
+        self.edited.scene.path(slot)
+    }
+
+    /// Takes out what was removed: whole tables, and parts of models. Objects that were moved out of a model are
+    /// written as objects of the scene.
+    pub fn remove_entries(&mut self) {
+        let entries = self.entries;
+        for entry in entries.list.iter().filter(|e| entries.stays_listed(e) && e.places) {
+            let objects = &self.edited.document.objects;
+            let gone = |o: usize| entries.of(o) == Some(*entry) && !entries.kept.contains(&o);
+            let tops: Vec<usize> = (entry.first..objects.len())
+                .take_while(|o| entries.of(*o) == Some(*entry))
+                .filter(|o| gone(*o) && objects[*o].parent.is_none_or(|p| entries.kept.contains(&p)))
+                .collect();
+            for top in tops {
+                let path = self.below(entry.first, top);
+                if let Some(table) = self.table(entry) {
+                    let list = table.entry("remove").or_insert_with(|| Item::Value(toml_edit::Array::new().into()));
+                    if let Some(list) = list.as_array_mut() {
+                        list.push(path);
+                    }
+                }
+                self.out.changes += 1;
+            }
+        }
+        // From the last on, so that the indices of the others stay.
+        for entry in entries.list.iter().rev().filter(|e| !entries.stays_listed(e)) {
+            if let Some(list) = self.doc.get_mut(entry.what).and_then(Item::as_array_of_tables_mut) {
+                // Indices are kept until all tables have been changed: see `tidy`.
+                if let Some(table) = list.get_mut(entry.index) {
+                    table.clear();
+                    table.insert(GONE, toml_edit::value(true));
+                }
+            }
+            self.out.changes += 1;
+        }
+    }
+
+    /// The path of an object of the document below the base of its model.
+    fn below(&self, base: usize, object: usize) -> String {
+        let objects = &self.edited.document.objects;
+        let (mut parts, mut at) = (Vec::new(), Some(object));
+        while let Some(o) = at.filter(|o| *o != base) {
+            let alike = |i: &usize| objects[*i].parent == objects[o].parent && objects[*i].alias == objects[o].alias;
+            let same: Vec<usize> = (0..objects.len()).filter(alike).collect();
+            let index = same.iter().position(|i| *i == o).unwrap_or(0);
+            parts.push(match same.len() {
+                1 => objects[o].alias.clone(),
+                _ => format!("{}[{index}]", objects[o].alias),
+            });
+            at = objects[o].parent;
+        }
+        parts.reverse();
+        parts.join("/")
+    }
+
+    /// Drops keys of `[set]` whose objects are gone, and renames those whose paths have changed.
+    pub fn clean_set(&mut self) {
+        let Some(set) = self.doc.get_mut("set").and_then(Item::as_table_like_mut) else { return };
+        let keys: Vec<String> = set.iter().map(|(k, _)| k.to_owned()).collect();
+        for written in keys {
+            let Some((path, key)) = written.rsplit_once('.').filter(|(p, _)| *p != "scene") else { continue };
+            let Ok(object) = overrides::find(self.edited.document, None, path) else { continue };
+            let now = self.entries.kept.contains(&object).then(|| self.edited.scene.path(self.edited.slots[object]));
+            let moved = |now: &str| now != path && self.edited.scene.find(0, path) != Some(self.edited.slots[object]);
+            match now {
+                Some(now) if moved(&now) => {
+                    let item = set.remove(&written).unwrap_or_default();
+                    set.insert(&format!("{now}.{key}"), item);
+                }
+                Some(_) => continue,
+                None => drop(set.remove(&written)),
+            }
+            self.out.changes += 1;
+        }
+    }
+
+    /// Writes what differs in one object.
+    pub fn change(&mut self, object: usize, difference: &Difference) -> Result {
+        let Some(entry) = self.entries.of(object) else { return Ok(()) };
+        let own = entry.first == object;
+        if difference.alias && own {
+            let alias = self.edited.scene.get(self.slot(object)).map_or(String::new(), |o| o.alias().to_owned());
+            self.put(&entry, "alias", &super::super::value_text::quoted(&alias), true);
+        }
+        match (own, entry.places) {
+            (true, true) => self.place(&entry, object, difference),
+            (true, false) => self.pose(&entry, object, difference),
+            _ => self.pose_in_set(object, difference),
+        }
+        if difference.alias && !own {
+            let alias = self.edited.scene.get(self.slot(object)).map_or(String::new(), |o| o.alias().to_owned());
+            self.put_set(object, "alias", &super::super::value_text::quoted(&alias));
+        }
+        let direct = own && !entry.places;
+        for (row, value) in &difference.rows {
+            self.row(&entry, object, *row, value.as_ref(), direct);
+        }
+        for (key, value) in &difference.params {
+            let declared = self.builder.declared(object);
+            let found = declared.iter().find(|(d, t)| matches!(t, Target::Param(_)) && d.key == *key);
+            let unit = found.and_then(|(d, _)| d.unit.clone());
+            self.declared(&entry, object, (key, unit.as_deref()), Some(value), direct);
+        }
+        if let Some(scripts) = &difference.scripts {
+            self.scripts(&entry, object, scripts);
+        }
+        Ok(())
+    }
+
+    fn row(&mut self, entry: &Entry, object: usize, row: Row, value: Option<&Value>, direct: bool) {
+        let declared = self.builder.declared(object);
+        let found = declared.iter().find(|(_, t)| matches!(t, Target::Row(r) if *r == row)).map(|(d, _)| d);
+        let problem = |writer: &mut Self| {
+            let path = writer.path(writer.slot(object));
+            writer.out.problems.push(format!("`{}` of {path} cannot be changed in the file", row.info().key));
+        };
+        let Some(found) = found else { return problem(self) };
+        let special = match (row, value) {
+            (Row::Notes, Some(value)) => Some(("data", free_data(value))),
+            (Row::Drive, Some(value)) => Some(("drive", drive(value))),
+            (Row::Mesh | Row::Parts, _) => return problem(self),
+            _ => None,
+        };
+        match special {
+            Some((key, Some(text))) if direct => self.put(entry, key, &text, true),
+            Some((key, Some(text))) => self.put_set(object, key, &text),
+            Some((_, None)) => problem(self),
+            None => self.declared(entry, object, (&found.key, found.unit.as_deref()), value, direct),
+        }
+    }
+
+    /// Writes a declared property or parameter.
+    fn declared(
+        &mut self,
+        entry: &Entry,
+        object: usize,
+        (key, unit): (&str, Option<&str>),
+        value: Option<&Value>,
+        direct: bool,
+    ) {
+        self.out.changes += 1;
+        if direct {
+            let Some(table) = self.table(entry) else { return };
+            let done = match value {
+                Some(value) => put_line(table, key, unit, value),
+                None => {
+                    let written = table.iter().find(|(k, _)| units::factor(k, key, unit).is_some());
+                    written.map(|(k, _)| k.to_owned()).is_some_and(|k| table.remove(&k).is_some())
+                }
+            };
+            if !done {
+                let path = self.path(self.slot(object));
+                self.out.problems.push(format!("`{key}` of {path} has a value that a scene file cannot express"));
+            }
+            return;
+        }
+        let path = self.path(self.slot(object));
+        let written = value.and_then(|v| line(key, unit, v));
+        match written.as_deref().and_then(|l| l.split_once(" = ")) {
+            Some((key, value)) => {
+                put_text(section(self.doc, "set"), &format!("{path}.{key}"), value);
+            }
+            None => self.out.problems.push(format!("`{key}` of {path} cannot be changed in the file")),
+        }
+    }
+
+    /// Sets a key of an entry.
+    pub fn put(&mut self, entry: &Entry, key: &str, written: &str, counts: bool) {
+        if let Some(table) = self.table(entry) {
+            put_text(table, key, written);
+        }
+        self.out.changes += usize::from(counts);
+    }
+
+    /// Sets a key of an object in `[set]`.
+    pub fn put_set(&mut self, object: usize, key: &str, written: &str) {
+        let path = self.path(self.slot(object));
+        put_text(section(self.doc, "set"), &format!("{path}.{key}"), written);
+        self.out.changes += 1;
+    }
+
+    /// Writes the pose of an object.
+    fn pose(&mut self, entry: &Entry, object: usize, difference: &Difference) {
+        let local = self.edited.scene.local(self.slot(object));
+        self.put_pose(entry, &local, difference);
+    }
+
+    /// Writes where a model is placed, which is applied on top of its own pose.
+    fn place(&mut self, entry: &Entry, object: usize, difference: &Difference) {
+        if !(difference.position || difference.rotation) {
+            return;
+        }
+        let spec = &self.edited.document.objects[object];
+        let (base, slots) = self.edited.document.instantiate();
+        let own = spec.placement.inverse() * base.local(slots[object]);
+        let placed = self.edited.scene.local(self.slot(object)) * own.inverse();
+        // Turning moves a base that does not stand at the origin of its model.
+        let both = Difference { position: true, rotation: difference.rotation, ..Difference::default() };
+        self.put_pose(entry, &placed, &both);
+    }
+
+    fn put_pose(&mut self, entry: &Entry, pose: &Isometry3<f64>, difference: &Difference) {
+        if difference.position {
+            let place: Vec<f64> = pose.translation.vector.iter().map(|x| rounded(*x, DIGITS.0)).collect();
+            let written = text(&Value::Floats(place), 1.0).unwrap_or_default();
+            self.put(entry, "position_m", &written, true);
+        }
+        if difference.rotation {
+            let written = angles(&pose.rotation);
+            if let Some(table) = self.table(entry) {
+                for other in ["quaternion", "orientation_rad", "orientation"] {
+                    table.remove(other);
+                }
+            }
+            self.put(entry, "orientation_deg", &written, true);
+        }
+    }
+
+    fn pose_in_set(&mut self, object: usize, difference: &Difference) {
+        let local = self.edited.scene.local(self.slot(object));
+        if difference.position {
+            let place: Vec<f64> = local.translation.vector.iter().map(|x| rounded(*x, DIGITS.0)).collect();
+            self.put_set(object, "position_m", &text(&Value::Floats(place), 1.0).unwrap_or_default());
+        }
+        if difference.rotation {
+            self.put_set(object, "orientation_deg", &angles(&local.rotation));
+        }
+    }
+
+    /// Writes parents that are others or have other paths, and moves tables behind those of their parents.
+    pub fn place_under_parents(&mut self, differences: &Differences) {
+        let edited = self.edited;
+        let renamed = differences.values().any(|d| d.alias || d.parent);
+        let mut last = self.last_position();
+        let mut moved: BTreeMap<u32, ()> = BTreeMap::new();
+        for slot in self.in_order() {
+            let Some(object) = self.entries.object_at(slot) else { continue };
+            let Some(entry) = self.entries.of(object).filter(|e| e.first == object) else { continue };
+            let other = differences.get(&object).is_some_and(|d| d.parent);
+            let above = self.edited.scene.get(slot).map_or(0, |o| o.parent);
+            if !(other || renamed && above != 0) {
+                continue;
+            }
+            let path = if above == 0 { String::new() } else { self.path(above) };
+            let Some(table) = self.table(&entry) else { continue };
+            let written = table.get("parent").and_then(Item::as_str).map(str::to_owned);
+            match (above, &written) {
+                (0, Some(_)) => drop(table.remove("parent")),
+                (0, None) => {}
+                (_, Some(old)) if !other && edited.scene.find(0, old) == Some(above) => continue,
+                _ => {
+                    let written = super::super::value_text::quoted(&path);
+                    put_text(table, "parent", &written);
+                }
+            }
+            self.out.changes += 1;
+            // An object must come after its parent.
+            let later = !self.entries.has(above) && above != 0
+                || moved.contains_key(&above)
+                || self.position_of(above) > self.position_of(slot);
+            if later {
+                last += 1;
+                if let Some(table) = self.table(&entry) {
+                    table.set_position(Some(last));
+                }
+                moved.insert(slot, ());
+            }
+        }
+    }
+
+    /// The position of the table that describes an object.
+    fn position_of(&mut self, slot: u32) -> isize {
+        let entry = self.entries.object_at(slot).and_then(|o| self.entries.of(o));
+        entry.and_then(|e| self.table(&e).and_then(|t| t.position())).unwrap_or(0)
+    }
+
+    /// The position of the last table. Tables that are added come after a thousand more, so that others fit between.
+    pub fn last_position(&self) -> isize {
+        let lists = ["model", "import", "object", "service"].into_iter();
+        let lists = lists.filter_map(|w| self.doc.get(w).and_then(Item::as_array_of_tables));
+        lists.flatten().filter_map(Table::position).max().unwrap_or(0)
+    }
+
+    /// All objects of the scene, parents before children.
+    pub fn in_order(&self) -> Vec<u32> {
+        let scene = self.edited.scene;
+        let (mut out, mut ahead) = (Vec::new(), scene.roots().iter().rev().copied().collect::<Vec<u32>>());
+        while let Some(slot) = ahead.pop() {
+            out.push(slot);
+            ahead.extend(scene.children(slot).iter().rev());
+        }
+        out
+    }
+
+    /// Removes the tables that were marked as gone.
+    pub fn tidy(&mut self) {
+        for what in ["model", "import", "object"] {
+            let Some(list) = self.doc.get_mut(what).and_then(Item::as_array_of_tables_mut) else { continue };
+            list.retain(|t| !t.contains_key(GONE));
+            if list.is_empty() {
+                self.doc.remove(what);
+            }
+        }
+        let last = self.last_position();
+        match self.doc.get_mut("set").and_then(Item::as_table_mut) {
+            Some(set) if set.is_empty() => drop(self.doc.remove("set")),
+            // A new one comes last.
+            Some(set) if set.position().is_none() => set.set_position(Some(last + 1)),
+            _ => {}
+        }
+    }
+}
+
+/// Marks a table that is to be removed; no key of a scene file has this name.
+const GONE: &str = "\u{0}";
+
+fn rounded(x: f64, digits: f64) -> f64 {
+    let near = (x * digits).round() / digits;
+    // No file has use for a zero with a sign.
+    if near == 0.0 { 0.0 } else { near }
+}
+
+/// Formats an orientation as angles.
+fn angles(q: &UnitQuaternion<f64>) -> String {
+    let degrees = to_euler(q).map(|x| rounded(x.to_degrees(), DIGITS.1));
+    text(&Value::Floats(degrees.to_vec()), 1.0).unwrap_or_default()
+}

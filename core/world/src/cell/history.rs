@@ -1,0 +1,317 @@
+//! The edits that a person made, and the states of the scene from before each of them.
+//!
+//! An edit has a label, and an inverse: the whole scene as it was before. Scenes share their meshes, so that a state
+//! costs a few hundred bytes per object.
+
+use std::collections::{BTreeMap, VecDeque};
+
+use tatu_plugin_api::safe::Value;
+use tatu_scene::{
+    Scene,
+    document::{DeviceSpec, ScriptSpec, Settings},
+    rows::Row,
+};
+
+/// Most edits that can be undone.
+const MOST_EDITS: usize = 200;
+/// Most bytes of all states, by estimate. At least one edit is kept, whatever its size.
+const MOST_BYTES: usize = 256 << 20;
+/// Bytes of an object in a state: `estimate`, the size of a slot, its transforms and its boxed data.
+const OBJECT_BYTES: usize = 1000;
+
+/// A state of the scene to which a stop or an undo returns.
+#[derive(Clone)]
+pub(crate) struct Memento {
+    pub scene: Scene,
+    /// Slots, kinds and parameters of the devices.
+    pub devices: Vec<(u32, DeviceSpec)>,
+    /// The scripts of the scene, by slot, in calling order of equal ones.
+    pub scripts: Vec<(u32, ScriptSpec)>,
+    pub settings: Settings,
+    /// See [`History::models`].
+    pub models: BTreeMap<u64, String>,
+}
+
+impl Memento {
+    fn bytes(&self) -> usize {
+        let texts: usize = self.scripts.iter().map(|(_, s)| s.text.len()).sum();
+        self.scene.slots().count() * OBJECT_BYTES + texts
+    }
+}
+
+/// An edit, with the other state that it leads to.
+struct Edit {
+    label: String,
+    /// Consecutive edits with the same label and the same text here, if it is not empty, are one.
+    merge: String,
+    /// The revision of the other state.
+    revision: u64,
+    state: Memento,
+}
+
+/// What the end of an edit could take back.
+enum Before {
+    /// Nothing: the simulation runs, and its stop takes everything back.
+    InRun,
+    /// Nothing: the edit becomes part of the last one.
+    Joins,
+    /// The state before it.
+    State(Box<Memento>),
+}
+
+/// An edit that is being made.
+struct Open {
+    label: String,
+    merge: String,
+    before: Before,
+    /// Edits within edits are part of the outermost one.
+    depth: u32,
+}
+
+/// The edits of a world.
+#[derive(Default)]
+pub(crate) struct History {
+    undo: VecDeque<Edit>,
+    redo: Vec<Edit>,
+    open: Option<Open>,
+    /// Identifies the present state among those of this history.
+    revision: u64,
+    last: u64,
+    /// The revision that was saved, and the one of which a recovery copy was made.
+    saved: u64,
+    copied: u64,
+    /// Whether a recovery copy that exists was made here.
+    has_copy: bool,
+    /// Whether scripts were changed in the current run; their texts survive its stop.
+    scripts_changed: bool,
+    /// Models that were added to the scene: the id of each by the uid of its base.
+    pub models: BTreeMap<u64, String>,
+    /// Properties that runs changed and that a stop leaves unchanged, by uid: no edits, and not saved as such.
+    pub run_made: BTreeMap<(u64, Row), Value>,
+}
+
+/// What remains to be done at the end of an edit.
+pub(crate) enum Ended {
+    /// The edit is part of another one.
+    Inner,
+    /// It was kept.
+    Kept,
+    /// It is to be taken back.
+    TakeBack(Box<Memento>),
+    /// It stays, since no state of its own was captured: a run takes it back at its stop.
+    Stays,
+}
+
+impl History {
+    /// Returns whether an edit is being made.
+    pub fn is_open(&self) -> bool {
+        self.open.is_some()
+    }
+
+    /// Returns whether an edit that begins now needs a state of its own.
+    pub fn needs_state(&self, label: &str, merge: &str) -> bool {
+        self.open.is_none() && !self.joins(label, merge)
+    }
+
+    /// Begins an edit. `state` is the present one if the edit [needs](Self::needs_state) it; `None` while the
+    /// simulation runs.
+    pub fn begin(&mut self, label: &str, merge: &str, state: Option<Memento>) {
+        if let Some(open) = &mut self.open {
+            open.depth += 1;
+            return;
+        }
+        let before = match self.joins(label, merge) {
+            true => Before::Joins,
+            false => state.map_or(Before::InRun, |m| Before::State(Box::new(m))),
+        };
+        self.open = Some(Open { label: label.to_owned(), merge: merge.to_owned(), before, depth: 1 });
+    }
+
+    /// Returns whether an edit becomes part of the last one. A saved state must stay reachable, so what follows it is
+    /// an edit of its own.
+    fn joins(&self, label: &str, merge: &str) -> bool {
+        let joins = |last: &Edit| !merge.is_empty() && last.label == label && last.merge == merge;
+        self.revision != self.saved && self.redo.is_empty() && self.undo.back().is_some_and(joins)
+    }
+
+    /// Ends an edit. `None`: none was begun.
+    pub fn end(&mut self, keep: bool) -> Option<Ended> {
+        let open = self.open.as_mut()?;
+        open.depth -= 1;
+        if open.depth > 0 {
+            return Some(Ended::Inner);
+        }
+        let open = self.open.take()?;
+        Some(match (open.before, keep) {
+            (Before::InRun, _) => Ended::Stays,
+            (Before::Joins, true) => {
+                self.change();
+                Ended::Kept
+            }
+            (Before::Joins, false) => Ended::Stays,
+            (Before::State(before), true) => {
+                self.push(open.label, open.merge, *before);
+                Ended::Kept
+            }
+            (Before::State(before), false) => Ended::TakeBack(before),
+        })
+    }
+
+    /// Adds an edit that has been made.
+    pub fn push(&mut self, label: String, merge: String, before: Memento) {
+        self.redo.clear();
+        self.undo.push_back(Edit { label, merge, revision: self.revision, state: before });
+        self.change();
+        let mut bytes: usize = self.undo.iter().map(|e| e.state.bytes()).sum();
+        while self.undo.len() > MOST_EDITS || (bytes > MOST_BYTES && self.undo.len() > 1) {
+            let Some(oldest) = self.undo.pop_front() else { break };
+            bytes -= oldest.state.bytes();
+        }
+    }
+
+    fn change(&mut self) {
+        self.last += 1;
+        self.revision = self.last;
+    }
+
+    /// Takes the last edit, or the last one undone if `redo` is set: its label, and the state to return to. `present`
+    /// captures the state that the opposite request returns to.
+    pub fn take(&mut self, redo: bool, present: impl FnOnce() -> Memento) -> Option<(String, Memento)> {
+        let Edit { label, revision, state, .. } = if redo { self.redo.pop()? } else { self.undo.pop_back()? };
+        let other = Edit { label: label.clone(), merge: String::new(), revision: self.revision, state: present() };
+        match redo {
+            true => self.undo.push_back(other),
+            false => self.redo.push(other),
+        }
+        self.revision = revision;
+        Some((label, state))
+    }
+
+    /// Labels of the edits that can be undone, or redone, the next one last.
+    pub fn labels(&self, redo: bool) -> Vec<&str> {
+        match redo {
+            true => self.redo.iter().map(|e| e.label.as_str()).collect(),
+            false => self.undo.iter().map(|e| e.label.as_str()).collect(),
+        }
+    }
+
+    /// Records that a script was changed during a run.
+    pub fn note_script(&mut self) {
+        if !std::mem::replace(&mut self.scripts_changed, true) {
+            self.change();
+        }
+    }
+
+    /// Returns whether scripts were changed in the run that ends.
+    pub fn take_scripts_changed(&mut self) -> bool {
+        std::mem::take(&mut self.scripts_changed)
+    }
+
+    /// Returns a number that identifies the present state among those of this history.
+    pub fn revision(&self) -> u64 {
+        self.revision
+    }
+    /// Returns whether the present state is not the saved one.
+    pub fn is_unsaved(&self) -> bool {
+        self.revision != self.saved
+    }
+    /// Records that the present state was saved.
+    pub fn note_saved(&mut self) {
+        (self.saved, self.copied) = (self.revision, self.revision);
+    }
+    /// Records that the present state differs from that of the file, from the beginning: it was recovered.
+    pub fn note_recovered(&mut self) {
+        self.change();
+        self.copied = self.revision;
+    }
+    /// Returns whether the present state has neither been saved nor copied.
+    pub fn wants_copy(&self) -> bool {
+        self.revision != self.copied
+    }
+    /// Records that a recovery copy of the present state was made, or (`there` not set) that there is none any more.
+    pub fn note_copied(&mut self, there: bool) {
+        (self.copied, self.has_copy) = (self.revision, there);
+    }
+    /// Returns whether the recovery copy was made here.
+    pub fn has_copy(&self) -> bool {
+        self.has_copy
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn state(n: usize) -> Memento {
+        let mut scene = Scene::default();
+        for _ in 0..n {
+            scene.add(0, "x", nalgebra::Isometry3::identity(), tatu_scene::Data::Dummy(None));
+        }
+        Memento {
+            scene,
+            devices: Vec::new(),
+            scripts: Vec::new(),
+            settings: Settings::default(),
+            models: BTreeMap::new(),
+        }
+    }
+
+    fn edit(history: &mut History, label: &str, merge: &str, n: usize) {
+        history.begin(label, merge, Some(state(n)));
+        assert!(matches!(history.end(true), Some(Ended::Kept)));
+    }
+
+    #[test]
+    fn undo_and_redo_lead_back_and_forth() {
+        let mut history = History::default();
+        assert!(!history.is_unsaved());
+        edit(&mut history, "a", "", 0);
+        edit(&mut history, "b", "", 1);
+        assert_eq!((history.labels(false), history.is_unsaved()), (vec!["a", "b"], true));
+        let (label, back) = history.take(false, || state(2)).unwrap();
+        assert_eq!((label.as_str(), back.scene.slots().count()), ("b", 1));
+        let (_, back) = history.take(false, || state(1)).unwrap();
+        assert_eq!((back.scene.slots().count(), history.is_unsaved()), (0, false));
+        assert!(history.take(false, || state(0)).is_none());
+        let (label, ahead) = history.take(true, || state(0)).unwrap();
+        assert_eq!((label.as_str(), ahead.scene.slots().count()), ("a", 1));
+        edit(&mut history, "c", "", 1);
+        assert_eq!((history.labels(false), history.labels(true)), (vec!["a", "c"], vec![]));
+    }
+
+    #[test]
+    fn a_drag_is_one_edit_and_the_saved_state_stays_reachable() {
+        let mut history = History::default();
+        for n in 0..5 {
+            edit(&mut history, "Move a", "drag 1", n);
+        }
+        edit(&mut history, "Move a", "drag 2", 5);
+        assert_eq!(history.labels(false), ["Move a", "Move a"]);
+        history.note_saved();
+        edit(&mut history, "Move a", "drag 2", 6);
+        assert_eq!((history.labels(false).len(), history.is_unsaved()), (3, true));
+        history.take(false, || state(7));
+        assert!(!history.is_unsaved());
+    }
+
+    #[test]
+    fn inner_edits_belong_to_the_outer_one_and_failed_ones_leave_nothing() {
+        let mut history = History::default();
+        history.begin("outer", "", Some(state(3)));
+        assert!(!history.needs_state("inner", ""));
+        history.begin("inner", "", None);
+        assert!(matches!(history.end(false), Some(Ended::Inner)));
+        let Some(Ended::TakeBack(before)) = history.end(false) else { panic!() };
+        assert_eq!((before.scene.slots().count(), history.labels(false).len()), (3, 0));
+        assert!(history.end(true).is_none() && !history.is_unsaved());
+    }
+
+    #[test]
+    fn the_oldest_edits_are_forgotten() {
+        let mut history = History::default();
+        for n in 0..MOST_EDITS + 5 {
+            edit(&mut history, &n.to_string(), "", 0);
+        }
+        assert_eq!((history.labels(false).len(), history.labels(false)[0]), (MOST_EDITS, "5"));
+    }
+}

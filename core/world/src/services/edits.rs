@@ -1,0 +1,131 @@
+//! `tatu.host.edits`: edits that can be undone, and saving them.
+
+use std::path::{Path, PathBuf};
+
+use tatu_errors::Error;
+use tatu_plugin_api::abi::*;
+use tatu_scene::document::{self, Options, Sources};
+
+use super::{
+    answer::{give, lend, on, place},
+    session::{one_line, switch_to},
+    whole_parts::{free, parent_of, plant},
+};
+use crate::{
+    cell::{Function, WorldCell},
+    state::{edits, recovery, source},
+};
+
+pub static TABLE: tatu_host_edits = tatu_host_edits {
+    size: size_of::<tatu_host_edits>() as u32,
+    reserved: 0,
+    begin: Some(begin),
+    end: Some(end),
+    step_back: Some(step_back),
+    state: Some(state),
+    save: Some(save),
+    copy: Some(copy),
+    open: Some(open),
+    add: Some(add),
+};
+
+/// Name under which a text that is added is read; it is in errors.
+const ADDED: &str = "added.toml";
+
+fn refuse(world: &WorldCell, e: &Error) -> tatu_status {
+    let status = if e.code == "E305" { TATU_ERR_UNSUPPORTED } else { TATU_ERR };
+    world.run.calls.refuse(status, &one_line(e))
+}
+
+extern "C" fn begin(w: WorldRef<'_>, label: Lent<'_>, merge: Lent<'_>) -> tatu_status {
+    on(w, Function::acts("edits.begin"), |world| {
+        free(world)?;
+        if label.bytes().is_empty() {
+            return Err(world.run.calls.refuse(TATU_ERR_ARGUMENT, "an edit needs a label that says what it does"));
+        }
+        edits::begin(world, &label.text(), &merge.text());
+        Ok(())
+    })
+}
+
+extern "C" fn end(w: WorldRef<'_>, keep: u32) -> tatu_status {
+    on(w, Function::acts("edits.end"), |world| {
+        free(world)?;
+        edits::end(world, keep != 0).map_err(|e| refuse(world, &e))
+    })
+}
+
+extern "C" fn step_back<'a>(w: WorldRef<'a>, redo: u32, label: Option<&mut Lent<'a>>) -> tatu_status {
+    on(w, Function::acts("edits.step_back"), |world| {
+        let out = place(world, "a place for the label", label)?;
+        free(world)?;
+        match edits::step_back(world, redo != 0).map_err(|e| refuse(world, &e))? {
+            Some(label) => {
+                *out = lend(world, label.as_bytes())?;
+                Ok(())
+            }
+            None => Err(TATU_ERR_MISSING),
+        }
+    })
+}
+
+extern "C" fn state<'a>(w: WorldRef<'a>, out: Option<&mut ValueRef<'a>>) -> tatu_status {
+    on(w, Function::looks("edits.state"), |world| {
+        let told = edits::told(world);
+        give(world, &told, out)
+    })
+}
+
+extern "C" fn save(w: WorldRef<'_>, file: Lent<'_>, flags: u32) -> tatu_status {
+    on(w, Function::acts("edits.save"), |world| {
+        free(world)?;
+        let is_script = world.run.calls.caller.get().script != 0;
+        if file.bytes().is_empty() && is_script {
+            let text =
+                "only the page, remote clients and the program save into the scene's own file; name another file";
+            return Err(world.run.calls.refuse(TATU_ERR_UNSUPPORTED, text));
+        }
+        let file = PathBuf::from(file.text().into_owned());
+        source::save(world, &file, flags & TATU_SAVE_OVER != 0).map_err(|e| refuse(world, &e))
+    })
+}
+
+extern "C" fn copy(w: WorldRef<'_>, discard: u32) -> tatu_status {
+    on(w, Function::acts("edits.copy"), |world| {
+        free(world)?;
+        match discard {
+            0 => recovery::write(world),
+            _ => recovery::discard(world),
+        }
+        .map_err(|e| refuse(world, &e))
+    })
+}
+
+extern "C" fn open(w: WorldRef<'_>, file: Lent<'_>, how: u32) -> tatu_status {
+    on(w, Function::acts("edits.open"), |world| {
+        let file = PathBuf::from(file.text().into_owned());
+        let sources = match how {
+            TATU_OPEN_FILE => None,
+            TATU_OPEN_NEW => Some(recovery::new_scene(&file).map_err(|e| refuse(world, &e))?),
+            TATU_OPEN_RECOVERED => Some(recovery::read(world, &file).map_err(|e| refuse(world, &e))?),
+            _ => return Err(world.run.calls.refuse(TATU_ERR_ARGUMENT, &format!("unknown way to open: {how}"))),
+        };
+        switch_to(world, file, sources)
+    })
+}
+
+extern "C" fn add(w: WorldRef<'_>, text: Lent<'_>, parent: tatu_object, out: Option<&mut tatu_object>) -> tatu_status {
+    on(w, Function::acts("edits.add"), |world| {
+        let out = place(world, "a place for the object", out)?;
+        let parent = parent_of(world, parent)?;
+        free(world)?;
+        let folder = world.model.document.file.as_deref().and_then(Path::parent).unwrap_or(Path::new(""));
+        let file = folder.join(ADDED);
+        let options =
+            Options { sources: Sources::over([(file.clone(), text.bytes().to_vec())], false), ..Options::default() };
+        let read = document::load(&file, &world.model.registry, &options).map_err(|e| refuse(world, &e))?;
+        let slots = plant(world, &read, parent)?;
+        *out = slots.first().map_or(0, |s| world.state.scene.borrow().id(*s));
+        Ok(())
+    })
+}

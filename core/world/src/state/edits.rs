@@ -1,0 +1,106 @@
+//! Edits of the scene, which can be undone.
+//!
+//! While the simulation runs, an edit has no inverse of its own: its stop takes back whatever the run and the person
+//! changed, and then the edits from before the run can be undone again.
+
+use std::path::Path;
+
+use tatu_errors::{Error, Result};
+use tatu_plugin_api::safe::Value;
+
+use super::{
+    memento::{capture, go_back},
+    recovery,
+};
+use crate::cell::{WorldCell, history::Ended};
+
+/// The event that reports a change of the edits.
+const EVENT: &str = "edited";
+
+/// Begins an edit. Consecutive edits with the same label and the same `merge`, unless it is empty, are one.
+pub(crate) fn begin(cell: &WorldCell, label: &str, merge: &str) {
+    let state = || (!cell.running()).then(|| capture(cell));
+    // A state is captured outside of the history, which is part of it.
+    let needed = cell.model.history.borrow().needs_state(label, merge);
+    let state = if needed { state() } else { None };
+    cell.model.history.borrow_mut().begin(label, merge, state);
+}
+
+/// Ends an edit; if `keep` is not set, it is taken back.
+pub(crate) fn end(cell: &WorldCell, keep: bool) -> Result {
+    let ended = cell.model.history.borrow_mut().end(keep);
+    match ended {
+        None => Err(Error::new("E305", "no edit was begun")),
+        Some(Ended::TakeBack(state)) => {
+            go_back(cell, *state);
+            Ok(())
+        }
+        Some(Ended::Kept) => {
+            tell(cell);
+            Ok(())
+        }
+        Some(Ended::Inner | Ended::Stays) => Ok(()),
+    }
+}
+
+/// Takes back the last edit, or repeats the last one taken back if `redo` is set. Returns its label, or `None` if there
+/// is none.
+pub(crate) fn step_back(cell: &WorldCell, redo: bool) -> Result<Option<String>> {
+    let what = if redo { "redone" } else { "undone" };
+    if cell.running() {
+        let text = format!("nothing can be {what} while the simulation runs");
+        return Err(Error::new("E305", text).help("stop it: a stop takes back what was changed since the start"));
+    }
+    if cell.model.history.borrow().is_open() {
+        return Err(Error::new("E305", format!("nothing can be {what} within an edit")));
+    }
+    if cell.run.scripts.borrow().list.iter().any(|s| s.depth.get() > 0) {
+        return Err(Error::new("E305", format!("nothing can be {what} while a script is running"))
+            .help("scripts change what they made themselves; remote clients and the page undo"));
+    }
+    let present = capture(cell);
+    let taken = cell.model.history.borrow_mut().take(redo, || present);
+    let Some((label, state)) = taken else { return Ok(None) };
+    go_back(cell, state);
+    tell(cell);
+    Ok(Some(label))
+}
+
+/// Records that a script was changed, which its stop does not take back.
+pub(crate) fn note_script(cell: &WorldCell) {
+    if cell.running() {
+        cell.model.history.borrow_mut().note_script();
+        tell(cell);
+    }
+}
+
+/// Returns the edits as a map.
+pub(crate) fn told(cell: &WorldCell) -> Value {
+    let history = cell.model.history.borrow();
+    let file = cell.model.document.file.as_deref();
+    let copied = file.filter(|_| !history.has_copy()).and_then(recovery::written_at);
+    let labels = |redo| Value::List(history.labels(redo).into_iter().map(Value::text).collect());
+    Value::Map(vec![
+        (Value::text("undo"), labels(false)),
+        (Value::text("redo"), labels(true)),
+        (Value::text("unsaved"), Value::Bool(history.is_unsaved())),
+        (Value::text("revision"), Value::Int(history.revision() as i64)),
+        (Value::text("file"), Value::text(file.map_or(String::new(), |f| f.display().to_string()))),
+        (Value::text("on_disk"), Value::Bool(file.is_some_and(Path::is_file))),
+        (Value::text("recovery"), copied.map_or(Value::Nil, Value::Int)),
+    ])
+}
+
+/// Publishes what can be undone now.
+pub(crate) fn tell(cell: &WorldCell) {
+    let payload = {
+        let history = cell.model.history.borrow();
+        let last = |redo| history.labels(redo).last().map_or(Value::Nil, Value::text);
+        Value::Map(vec![
+            (Value::text("undo"), last(false)),
+            (Value::text("redo"), last(true)),
+            (Value::text("unsaved"), Value::Bool(history.is_unsaved())),
+        ])
+    };
+    cell.run.outside.tell(EVENT, payload);
+}

@@ -1,0 +1,110 @@
+//! Capturing the scene, and returning to it: at a stop, and when an edit is undone.
+
+use std::collections::BTreeMap;
+
+use tatu_plugin_api::safe::Value;
+use tatu_scene::{Data, Dynamics, Scene, rows::Row};
+
+use super::save::script_list;
+use crate::{
+    cell::{Model, Scripts, WorldCell, history::Memento},
+    instances::{devices_now, remake_devices},
+};
+
+/// Label of what was changed in scripts while the simulation ran.
+const SCRIPTS_IN_RUN: &str = "Edit scripts during a run";
+
+/// Captures the scene with its devices, scripts and settings.
+pub(crate) fn capture(cell: &WorldCell) -> Memento {
+    Memento {
+        scene: cell.state.scene.borrow().clone(),
+        devices: devices_now(cell),
+        scripts: script_list(cell),
+        settings: cell.model.settings.borrow().clone(),
+        models: cell.model.history.borrow().models.clone(),
+    }
+}
+
+/// Returns to a captured state, with the handles and names of then.
+pub(crate) fn go_back(cell: &WorldCell, state: Memento) {
+    let Memento { scene, devices, scripts, settings, models } = state;
+    *cell.model.settings.borrow_mut() = settings;
+    cell.model.history.borrow_mut().models = models;
+    put_scene(cell, scene);
+    remake_devices(cell, &devices);
+    Scripts::end_removed(cell);
+    Scripts::restore(cell, &scripts, true);
+    cell.restore_process_state("an undo");
+}
+
+/// Returns to the state at the start of a run, except for what a stop leaves unchanged: custom data, layers, colours,
+/// masses, names, settings of the world, and texts of scripts.
+pub(crate) fn end_run(cell: &WorldCell, mut start: Memento) {
+    let history = &cell.model.history;
+    if history.borrow_mut().take_scripts_changed() {
+        history.borrow_mut().push(SCRIPTS_IN_RUN.to_owned(), String::new(), start.clone());
+    }
+    let made = leave_unchanged(&mut start.scene, &cell.state.scene.borrow());
+    history.borrow_mut().run_made.extend(made);
+    put_scene(cell, start.scene);
+    remake_devices(cell, &start.devices);
+    Scripts::end_removed(cell);
+    Scripts::restore(cell, &start.scripts, false);
+}
+
+/// Carries custom data over to the restored scene, except data under tags that begin with a control character, which
+/// are reserved for plugins.
+fn leave(then: &mut BTreeMap<Vec<u8>, Vec<u8>>, now: &BTreeMap<Vec<u8>, Vec<u8>>) {
+    let free = |tag: &[u8]| tag.first().is_none_or(|c| !c.is_ascii_control());
+    then.retain(|tag, _| !free(tag));
+    then.extend(now.iter().filter(|(tag, _)| free(tag)).map(|(tag, data)| (tag.clone(), data.clone())));
+}
+
+/// Rows that a stop leaves unchanged.
+const LEFT: &[Row] = &[Row::Name, Row::Layer, Row::Notes, Row::Color, Row::Mass, Row::Inertia];
+
+/// Carries over to `initial` what a stop leaves unchanged. Returns the rows that differ, with their present values.
+fn leave_unchanged(initial: &mut Scene, scene: &Scene) -> Vec<((u64, Row), Value)> {
+    let mut made = Vec::new();
+    for (slot, now) in scene.slots() {
+        if initial.get(slot).is_some_and(|o| o.uid == now.uid) {
+            for row in LEFT {
+                let value = tatu_scene::get(scene, slot, *row).ok();
+                if value != tatu_scene::get(initial, slot, *row).ok() {
+                    made.extend(value.map(|v| ((now.uid, *row), v)));
+                }
+            }
+        }
+        if initial.get(slot).is_some_and(|o| o.uid == now.uid) {
+            initial.set_name(slot, now.alias(), now.suffix());
+        }
+        if let Some(then) = initial.get_mut(slot).filter(|o| o.uid == now.uid) {
+            then.layer = now.layer;
+            leave(&mut then.notes, &now.notes);
+            if let (Data::Shape(then), Data::Shape(now)) = (&mut then.data, &now.data) {
+                (then.color, then.mass, then.inertia) = (now.color, now.mass, now.inertia);
+            }
+        }
+    }
+    leave(&mut initial.notes, &scene.notes);
+    made
+}
+
+/// Makes `next` the live scene, without velocities.
+fn put_scene(cell: &WorldCell, mut next: Scene) {
+    let mut scene = cell.state.scene.borrow_mut();
+    // The new version makes the engine and the beams rebuild what they derived from the scene.
+    next.shape_version = scene.shape_version + 1;
+    next.forget_before();
+    *scene = next;
+    *cell.state.dynamics.borrow_mut() = Dynamics::new(Model::engine_settings(&cell.model.settings.borrow()));
+    cell.devices.sensing.borrow_mut().forget_scene();
+    for (slot, _) in scene.clone().slots() {
+        match scene.get_mut(slot).map(|o| &mut o.data) {
+            Some(Data::Shape(s)) => s.body.0 = None,
+            Some(Data::Joint(j)) => j.id = None,
+            _ => {}
+        }
+    }
+    cell.state.dynamics.borrow_mut().settle(&mut scene);
+}

@@ -1,0 +1,132 @@
+//! Copies of scenes with unsaved edits, for when the program ends unexpectedly.
+//!
+//! A copy is a folder beside the scene's file, `.NAME.recovery`: what saving would write, the scene file last.
+
+use std::{
+    ffi::OsString,
+    fs, io,
+    path::{Path, PathBuf},
+    time::UNIX_EPOCH,
+};
+
+use tatu_errors::{Error, Result};
+use tatu_plugin_api::safe::{MOST_BYTES, read_plain};
+use tatu_scene::document::Sources;
+
+use super::{
+    source::{flat, in_place, own_file, stopped},
+    write_whole,
+};
+use crate::cell::WorldCell;
+
+/// Name of the scene file in a copy; separate files are in the folder `FILES` beside it.
+const SCENE: &str = "scene.toml";
+const FILES: &str = "files";
+/// Most files of a copy, and most levels of folders.
+const MOST_FILES: usize = 100_000;
+const MOST_LEVELS: usize = 8;
+
+/// A new scene.
+const NEW: &str = "\
+format = 1
+
+[[object]]
+kind = \"shape\"
+alias = \"floor\"
+primitive = \"plane\"
+respondable = true
+";
+
+/// Returns the folder of the copy of a scene.
+fn folder_of(scene: &Path) -> PathBuf {
+    let mut name = OsString::from(".");
+    name.push(scene.file_name().unwrap_or_default());
+    name.push(".recovery");
+    scene.with_file_name(name)
+}
+
+fn failed(what: &str, path: &Path, e: &io::Error) -> Error {
+    Error::new("E105", format!("the recovery copy {} cannot be {what}: {e}", path.display()))
+}
+
+/// Writes a copy, if there are edits since the last one.
+pub(crate) fn write(cell: &WorldCell) -> Result {
+    if !cell.model.history.borrow().wants_copy() {
+        return Ok(());
+    }
+    if !cell.model.history.borrow().is_unsaved() {
+        return discard(cell);
+    }
+    let Some(scene) = own_file(cell) else { return Ok(()) };
+    let state = stopped(cell);
+    let saved = in_place(cell, &state, &scene).or_else(|_| flat(cell, &state, &scene))?;
+    let folder = folder_of(&scene);
+    for (name, bytes) in &saved.written.files {
+        let path = folder.join(FILES).join(name);
+        let above = path.parent().unwrap_or(&folder);
+        fs::create_dir_all(above).map_err(|e| failed("written", above, &e))?;
+        write_whole(&path, bytes).map_err(|e| failed("written", &path, &e))?;
+    }
+    fs::create_dir_all(&folder).map_err(|e| failed("written", &folder, &e))?;
+    let path = folder.join(SCENE);
+    write_whole(&path, saved.written.text.as_bytes()).map_err(|e| failed("written", &path, &e))?;
+    cell.model.history.borrow_mut().note_copied(true);
+    Ok(())
+}
+
+/// Removes the copy.
+pub(crate) fn discard(cell: &WorldCell) -> Result {
+    let Some(folder) = own_file(cell).map(|f| folder_of(&f)) else { return Ok(()) };
+    // Without its scene file, a copy is none, whatever else cannot be removed.
+    match fs::remove_file(folder.join(SCENE)) {
+        Err(e) if e.kind() != io::ErrorKind::NotFound => return Err(failed("removed", &folder, &e)),
+        _ => {}
+    }
+    match fs::remove_dir_all(&folder) {
+        Err(e) if e.kind() != io::ErrorKind::NotFound => Err(failed("removed", &folder, &e)),
+        _ => {
+            cell.model.history.borrow_mut().note_copied(false);
+            Ok(())
+        }
+    }
+}
+
+/// Returns when a copy beside a scene's file was written, Unix time in s.
+pub(super) fn written_at(scene: &Path) -> Option<i64> {
+    let file = folder_of(scene).join(SCENE).symlink_metadata().ok().filter(fs::Metadata::is_file)?;
+    let since = file.modified().ok()?.duration_since(UNIX_EPOCH).ok()?;
+    i64::try_from(since.as_secs()).ok()
+}
+
+/// Returns the files of a copy, to be read in place of those on disk.
+pub(crate) fn read(_: &WorldCell, scene: &Path) -> Result<Sources> {
+    let folder = folder_of(scene);
+    let text = folder.join(SCENE);
+    let bytes = read_plain(&text, MOST_BYTES).map_err(|e| failed("read", &text, &e))?;
+    let mut files = vec![(scene.to_owned(), bytes)];
+    let above = scene.parent().unwrap_or(Path::new(""));
+    let mut ahead = vec![(folder.join(FILES), above.to_owned(), 0)];
+    while let Some((from, to, level)) = ahead.pop() {
+        let mut entries: Vec<_> = fs::read_dir(&from).into_iter().flatten().flatten().collect();
+        entries.sort_by_key(fs::DirEntry::file_name);
+        for entry in entries {
+            let (path, kind) = (entry.path(), entry.file_type().ok());
+            let place = to.join(entry.file_name());
+            if kind.is_some_and(|k| k.is_dir()) && level < MOST_LEVELS {
+                ahead.push((path, place, level + 1));
+            } else if kind.is_some_and(|k| k.is_file()) && files.len() < MOST_FILES {
+                files.push((place, read_plain(&path, MOST_BYTES).map_err(|e| failed("read", &path, &e))?));
+            }
+        }
+    }
+    Ok(Sources::over(files, true))
+}
+
+/// Returns the file of a new scene, which is written when it is saved.
+pub(crate) fn new_scene(file: &Path) -> Result<Sources> {
+    if file.symlink_metadata().is_ok() {
+        let text = format!("{} exists already", file.display());
+        return Err(Error::new("E105", text).help("choose another name for the new scene"));
+    }
+    Ok(Sources::over([(file.to_owned(), NEW.as_bytes().to_vec())], false))
+}

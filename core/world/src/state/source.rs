@@ -1,0 +1,271 @@
+//! Saving an edited scene into the file that it was opened from, of which everything else stays as it is written.
+
+use std::{
+    collections::{BTreeMap, BTreeSet},
+    fs, io,
+    path::{Path, PathBuf},
+    sync::Arc,
+};
+
+use tatu_errors::{Error, Result};
+use tatu_plugin_api::safe::Value;
+use tatu_scene::{
+    Data, Scene,
+    document::{
+        self, Beside, DeviceSpec, Document, Edited, Options, ScriptSpec, Sources, Written, folder_beside, patch,
+    },
+    rows::Row,
+};
+
+use super::{edits, memento::capture, recovery, write_whole};
+use crate::cell::{WorldCell, history::Memento};
+
+/// Most rounds of changes: one for each level of models in models that were added, and some to spare.
+const MOST_ROUNDS: usize = 6;
+
+/// A scene file that describes the edited scene, and the document that it is read as.
+pub(super) struct Saved {
+    pub written: Written,
+    document: Arc<Document>,
+    /// The slot of each object of the document.
+    slots: Vec<u32>,
+}
+
+/// Saves the scene as it is while stopped: into its own file if `file` is empty, otherwise into that file, which becomes
+/// the scene's own. A file that has changed on disk is replaced only if `over` is set.
+pub(crate) fn save(cell: &WorldCell, file: &Path, over: bool) -> Result {
+    let own = cell.model.document.file.clone();
+    let target = match (file.as_os_str().is_empty(), &own) {
+        (false, _) => file.to_owned(),
+        (true, Some(own)) => own.clone(),
+        (true, None) => return Err(Error::new("E105", "the scene has no file").help("save it under a name")),
+    };
+    if target.extension().is_none_or(|e| e != "toml") {
+        let text = format!("{} cannot be written: scenes are saved as `.toml` files", target.display());
+        return Err(Error::new("E105", text).help("save it under another name"));
+    }
+    let same = own.as_deref() == Some(target.as_path());
+    if same && !over {
+        unchanged_on_disk(cell, &target)?;
+    }
+    let state = stopped(cell);
+    let saved = match in_place(cell, &state, &target) {
+        Ok(saved) => saved,
+        Err(e) if same => return Err(e),
+        // Under another name, nothing is lost by writing every object on its own.
+        Err(_) => flat(cell, &state, &target)?,
+    };
+    document::save(&target, &saved.written, &write_whole)?;
+    // The copy is of the file that was saved, or of the one that the scene has left.
+    recovery::discard(cell)?;
+    adopt(cell, saved);
+    cell.model.history.borrow_mut().note_saved();
+    edits::tell(cell);
+    Ok(())
+}
+
+/// Checks that the scene's file is as it was read.
+fn unchanged_on_disk(cell: &WorldCell, file: &Path) -> Result {
+    let sources = &cell.model.document.sources;
+    let now = fs::read(file);
+    let is_new = matches!(&now, Err(e) if e.kind() == io::ErrorKind::NotFound);
+    if is_new || sources.are_recovered() || now.ok() == sources.read(file).ok() {
+        return Ok(());
+    }
+    let text = format!("{} has changed on disk since it was opened", file.display());
+    Err(Error::new("E125", text).help("save under another name, or replace the file"))
+}
+
+/// Returns the scene as it is while stopped. Texts of scripts that were changed in the run are new.
+pub(super) fn stopped(cell: &WorldCell) -> Memento {
+    let Some(mut start) = cell.model.initial.borrow().clone() else { return capture(cell) };
+    let scripts = cell.run.scripts.borrow();
+    for (slot, spec) in &mut start.scripts {
+        if let Some(script) = scripts.by_slot(*slot) {
+            spec.text = script.text.to_vec();
+        }
+    }
+    start
+}
+
+/// Returns the scene file changed so that it describes the scene.
+pub(super) fn in_place(cell: &WorldCell, state: &Memento, target: &Path) -> Result<Saved> {
+    let mut document = cell.model.document.shared();
+    let own = document.file.clone().filter(|f| f.extension().is_some_and(|e| e == "toml"));
+    let Some(own) = own.filter(|f| f.parent() == target.parent()) else {
+        return Err(Error::new("E125", "the scene was not read from a scene file in this folder"));
+    };
+    let mut text = document
+        .sources
+        .read_text(&own)
+        .map_err(|e| Error::new("E105", format!("cannot read {}: {e}", own.display())))?;
+    let mut slots = live_slots(cell, state);
+    let mut files: BTreeMap<String, Vec<u8>> = BTreeMap::new();
+    let folder = folder_beside(target);
+    let taken = files_in(target, &folder);
+    let mut problems = Vec::new();
+    for _ in 0..MOST_ROUNDS {
+        let patched = round(cell, state, (&document, &slots), &text, (&folder, &taken))?;
+        if patched.changes == 0 {
+            let mut written = Written { text, files: files.into_iter().collect(), ..Written::default() };
+            if cell.model.document.sources.are_recovered() {
+                written.files.extend(recovered_files(&document, target, &written));
+            }
+            return Ok(Saved { written, document, slots });
+        }
+        problems.clone_from(&patched.problems);
+        if !patched.problems.is_empty() {
+            break;
+        }
+        text = patched.text;
+        files.extend(patched.files);
+        document = read(cell, target, &text, &files).map_err(|e| not_in_place(&[e.to_string()]))?;
+        slots = by_path(&document, &state.scene);
+    }
+    problems.sort();
+    problems.truncate(3);
+    Err(not_in_place(&problems))
+}
+
+fn not_in_place(problems: &[String]) -> Error {
+    let why = if problems.is_empty() { "the edits".to_owned() } else { problems.join("; ") };
+    Error::new("E125", format!("the scene cannot be saved by changes of its file: {why}"))
+        .help("save it under another name, which writes every object on its own")
+}
+
+/// Changes the text once.
+fn round(
+    cell: &WorldCell,
+    state: &Memento,
+    (document, slots): (&Document, &[u32]),
+    text: &str,
+    (folder, taken): (&str, &BTreeSet<String>),
+) -> Result<document::Patched> {
+    let scene = &state.scene;
+    let (device, scripts) = (|slot| device_of(cell, state, slot), |slot| scripts_of(state, slot));
+    let beside = Beside { device: &device, scripts: &scripts };
+    let uid = |slot: u32| scene.get(slot).map(|o| o.uid);
+    let bases = scene.slots().filter_map(|(slot, o)| Some((slot, state.models.get(&o.uid)?.clone())));
+    let history = cell.model.history.borrow();
+    let is_foreign = |slot: u32, row: Row, value: &Value| {
+        uid(slot).is_some_and(|uid| history.run_made.get(&(uid, row)) == Some(value))
+    };
+    let edited = Edited {
+        document,
+        slots,
+        scene,
+        beside: &beside,
+        settings: &state.settings,
+        models: &bases.collect(),
+        is_foreign: &is_foreign,
+        folder,
+        taken,
+    };
+    patch(text, &edited, &cell.model.registry)
+}
+
+/// Returns the scene as a file in which every object is written on its own.
+pub(super) fn flat(cell: &WorldCell, state: &Memento, target: &Path) -> Result<Saved> {
+    let (device, scripts) = (|slot| device_of(cell, state, slot), |slot| scripts_of(state, slot));
+    let mut settings = state.settings.clone();
+    settings.allow.clear();
+    let beside = Beside { device: &device, scripts: &scripts };
+    let mut document = Document::of_scene(&state.scene, 0, settings, &beside);
+    document.services.clone_from(&cell.model.document.services);
+    let written = document::write(&document, &cell.model.registry, &folder_beside(target))?;
+    let files = written.files.iter().cloned().collect();
+    let document = read(cell, target, &written.text, &files)?;
+    let slots = by_path(&document, &state.scene);
+    Ok(Saved { written, document, slots })
+}
+
+/// Reads a text as if it were in a file, with separate files beside it.
+fn read(cell: &WorldCell, target: &Path, text: &str, files: &BTreeMap<String, Vec<u8>>) -> Result<Arc<Document>> {
+    let folder = target.parent().unwrap_or(Path::new(""));
+    let known = cell.model.document.sources.files();
+    // What the document was read from is read again as it was then, so that only edits make a difference.
+    let before = known.into_iter().map(|(path, bytes)| (path, bytes.to_vec()));
+    let beside = files.iter().map(|(name, bytes)| (folder.join(name), bytes.clone()));
+    let all = before.chain(beside).chain([(target.to_owned(), text.as_bytes().to_vec())]);
+    let sources = Sources::over(all, false);
+    let reader = cell.run.outside.scene_reader.borrow().clone();
+    match reader {
+        Some(reader) => reader(target, Some(sources)),
+        None => {
+            let options = Options { sources, ..Options::default() };
+            document::load(target, &cell.model.registry, &options).map(Arc::new)
+        }
+    }
+}
+
+/// Makes a saved file the one that the scene was made from.
+fn adopt(cell: &WorldCell, saved: Saved) {
+    let scene = cell.state.scene.borrow();
+    let origins = saved.slots.iter().map(|slot| if *slot == 0 { 0 } else { scene.id(*slot) }).collect();
+    *cell.model.origins.borrow_mut() = origins;
+    drop(scene);
+    cell.model.document.set(saved.document);
+}
+
+/// Returns the slot in the scene of each object of the world's document, or 0 if it was removed.
+fn live_slots(cell: &WorldCell, state: &Memento) -> Vec<u32> {
+    let origins = cell.model.origins.borrow();
+    let here = |id: &u64| state.scene.resolve(*id).unwrap_or(0);
+    origins.iter().map(|id| if *id == 0 { 0 } else { here(id) }).collect()
+}
+
+/// Returns the slot in the scene of each object of a document that was read again, by its path.
+fn by_path(document: &Document, scene: &Scene) -> Vec<u32> {
+    let (base, slots) = document.instantiate();
+    let (there, here) = (base.paths(), scene.paths());
+    let here: BTreeMap<&str, u32> = here.iter().map(|(slot, path)| (path.as_str(), *slot)).collect();
+    let same_kind = |a: u32, b: u32| base.get(a).map(|o| o.kind()) == scene.get(b).map(|o| o.kind());
+    let find = |slot: &u32| {
+        let found = there.get(slot).and_then(|path| here.get(path.as_str())).copied();
+        found.filter(|f| same_kind(*slot, *f)).unwrap_or(0)
+    };
+    slots.iter().map(find).collect()
+}
+
+/// Returns the names of the files in a folder beside the scene file, relative to that, in lower case.
+fn files_in(target: &Path, folder: &str) -> BTreeSet<String> {
+    let at = target.parent().unwrap_or(Path::new("")).join(folder);
+    let names = fs::read_dir(at).into_iter().flatten().flatten().map(|e| e.file_name());
+    names.map(|n| format!("{folder}/{}", n.to_string_lossy()).to_lowercase()).collect()
+}
+
+/// Returns the recovered files beside the scene file that differ from those on disk.
+fn recovered_files(document: &Document, target: &Path, written: &Written) -> Vec<(String, Vec<u8>)> {
+    let folder = target.parent().unwrap_or(Path::new(""));
+    let known: BTreeSet<&str> = written.files.iter().map(|(name, _)| name.as_str()).collect();
+    let mut out = Vec::new();
+    for (path, bytes) in document.sources.files() {
+        let Some(name) = path.strip_prefix(folder).ok().and_then(Path::to_str) else { continue };
+        if path != target && !known.contains(name) && fs::read(&path).is_ok_and(|now| *now != *bytes) {
+            out.push((name.to_owned(), bytes.to_vec()));
+        }
+    }
+    out
+}
+
+/// Returns the device of an object in a captured state.
+fn device_of(cell: &WorldCell, state: &Memento, slot: u32) -> Option<DeviceSpec> {
+    let mut device = state.devices.iter().find(|(s, _)| *s == slot).map(|(_, d)| d.clone())?;
+    if let Some(Data::Actuator(a)) = state.scene.get(slot).map(|o| &o.data) {
+        let kind = &cell.model.registry.actuators[device.kind];
+        let commands = kind.commands.iter().map(|c| c.key.clone());
+        device.params.extend(commands.zip(a.commands.iter().map(|x| Value::Float(*x))));
+    }
+    Some(device)
+}
+
+/// Returns the scripts of an object in a captured state.
+fn scripts_of(state: &Memento, slot: u32) -> Vec<ScriptSpec> {
+    let of = |s: u32| state.scripts.iter().find(|(known, _)| *known == s).map(|(_, spec)| spec.clone());
+    state.scene.scripts(slot).into_iter().filter_map(of).collect()
+}
+
+/// The file of the scene.
+pub(super) fn own_file(cell: &WorldCell) -> Option<PathBuf> {
+    cell.model.document.file.clone()
+}

@@ -1,0 +1,60 @@
+//! Edits that can be undone, and saving them.
+
+use crate::abi::*;
+use crate::safe::{Result, ValueRef, World, call::shared_world::service};
+
+impl<'a> World<'a> {
+    /// Makes an edit: what `f` changes can be undone as one step named by `label` ("Move cup"). If `f` fails, what it
+    /// changed is taken back. Consecutive edits with the same label and the same `merge`, if that is not empty, become
+    /// one.
+    pub fn edit<T>(&self, label: &str, merge: &str, f: impl FnOnce() -> Result<T>) -> Result<T> {
+        let end = service!(self.edits.end);
+        self.check(service!(self.edits.begin)(self.raw(), label.into(), merge.into()))?;
+        let done = f();
+        let ended = self.check(end(self.raw(), u32::from(done.is_ok())));
+        let done = done?;
+        ended.map(|()| done)
+    }
+    /// Takes back the last edit, or repeats the last one taken back if `redo` is set. Returns its label, or `None` if
+    /// there is none.
+    pub fn step_back(&self, redo: bool) -> Result<Option<String>> {
+        let mut label = Lent::EMPTY;
+        let status = service!(self.edits.step_back)(self.raw(), u32::from(redo), Some(&mut label));
+        if status == TATU_ERR_MISSING {
+            return Ok(None);
+        }
+        self.check(status)?;
+        Ok(Some(label.text().into_owned()))
+    }
+    /// Returns the edits as a map, valid until the current call returns: see the header for its keys.
+    pub fn edits(&self) -> Result<ValueRef<'a>> {
+        let mut value = ValueRef::NIL;
+        self.check(service!(self.edits.state)(self.raw(), Some(&mut value)))?;
+        Ok(value)
+    }
+    /// Saves the scene into its own file if `file` is empty, otherwise into the path that [`World::file`] returned. If
+    /// `over` is set, a file that has changed on disk is replaced.
+    pub fn save_edits(&self, file: &[u8], over: bool) -> Result {
+        let flags = if over { TATU_SAVE_OVER } else { 0 };
+        self.check(service!(self.edits.save)(self.raw(), file.into(), flags))
+    }
+    /// Writes a recovery copy if there are edits since the last one.
+    pub fn copy_edits(&self) -> Result {
+        self.check(service!(self.edits.copy)(self.raw(), 0))
+    }
+    /// Removes the recovery copy.
+    pub fn discard_copy(&self) -> Result {
+        self.check(service!(self.edits.copy)(self.raw(), 1))
+    }
+    /// Adds what a text in the format of scene files describes, below `parent` or, if that is 0, at the top. Returns the
+    /// first object.
+    pub fn add_text(&self, text: &[u8], parent: tatu_object) -> Result<tatu_object> {
+        let mut out = 0;
+        self.check(service!(self.edits.add)(self.raw(), text.into(), parent, Some(&mut out)))?;
+        Ok(out)
+    }
+    /// Requests that the program open a scene, in one of the ways `TATU_OPEN_*`.
+    pub fn open_as(&self, file: &[u8], how: u32) -> Result {
+        self.check(service!(self.edits.open)(self.raw(), file.into(), how))
+    }
+}
