@@ -86,7 +86,8 @@ fn tell_what_is_missing() {
     };
     let cxx = std::env::var("CXX").unwrap_or_else(|_| "c++".to_owned());
     let offline = std::env::var_os("TATU_OFFLINE").is_some();
-    let page = has_folder("plugins/views/web/page/node_modules/three");
+    // Said by the build of the page.
+    let page = std::env::var_os("DEP_TATU_PAGE_WHOLE").is_some_and(|whole| whole == "true");
     for (lacks, name) in [
         (!has_folder("../shared/seeds/scripts"), "no_shared"),
         (!answers(&cxx, &["--version"]), "no_cxx"),

@@ -55,5 +55,5 @@ graphs=$work/graphs
 tatu run scenes/first/pioneer_draws_its_path.toml --seconds 60 --graphs "$graphs" >/dev/null
 mv "$graphs/Drive.png" $images/drive.png
 
-# page.png and window.png: the page as a browser shows it; its libraries: `npm ci` in plugins/views/web/page, before the build.
+# page.png and window.png: the page as a browser shows it; needs Chromium, and npm at the build.
 cargo test --test program -- --ignored page::picture_

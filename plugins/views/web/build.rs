@@ -1,9 +1,12 @@
-//! Embeds the page, and its libraries if `npm ci` was run in `page/` before; the program then needs neither Node nor a
-//! network.
+//! Embeds the page and its libraries, so that the program needs neither Node nor a network. npm fetches the libraries
+//! into cargo's folder for this build, in the versions that `page/package-lock.json` pins. Without them the program is
+//! built all the same, and its page says what is missing.
 
 use std::{
-    env, fs,
+    env, fs, io,
     path::{Path, PathBuf},
+    process::{Command, Stdio},
+    time::{Duration, Instant},
 };
 
 use serde_json::{Map, Value, json};
@@ -42,13 +45,99 @@ fn kind(path: &Path) -> Option<&'static str> {
     })
 }
 
+/// The variable that switches npm off, and its value.
+const SWITCH: &str = "TATU_PAGE_NPM";
+const OFF: &str = "off";
+/// Each file is tried once and not for long, because the build waits.
+const NPM: &[&str] =
+    &["ci", "--ignore-scripts", "--no-audit", "--no-fund", "--fetch-retries=0", "--fetch-timeout=10000"];
+/// The files that npm reads.
+const LOCK: &str = "package-lock.json";
+const PACKAGE: &str = "package.json";
+/// A copy of the lock, written once all that it names is installed.
+const INSTALLED: &str = "installed-lock.json";
+/// An npm that fails within this time is tried again in every build.
+const QUICK: Duration = Duration::from_secs(5);
+
+/// Returns the folder with the libraries, installing them if necessary, or `None` if there are none; a warning then says
+/// why.
+fn libraries(page: &Path, out: &Path) -> Option<PathBuf> {
+    println!("cargo::rerun-if-env-changed={SWITCH}");
+    let folder = out.join("page");
+    let modules = folder.join("node_modules");
+    let has_all = || {
+        let mut files = LIBRARIES.iter().map(|(_, file)| *file).chain(BESIDE.iter().copied());
+        files.all(|file| modules.join(file).is_file())
+    };
+    let lock = fs::read(page.join(LOCK)).expect("the lock of the page's libraries");
+    if fs::read(folder.join(INSTALLED)).is_ok_and(|installed| installed == lock) && has_all() {
+        return Some(modules);
+    }
+    if env::var_os(SWITCH).is_some_and(|value| value == OFF) {
+        warn(&format!("{SWITCH}={OFF}"), "build without this variable");
+        return None;
+    }
+    let began = Instant::now();
+    match install(page, &folder) {
+        Ok(()) if has_all() => {
+            fs::write(folder.join(INSTALLED), lock).expect("the copy of the lock");
+            return Some(modules);
+        }
+        Ok(()) => warn("npm has installed other files than build.rs names", "correct LIBRARIES there"),
+        Err(e) if e.kind() == io::ErrorKind::NotFound => {
+            warn("there is no npm", "install it (Debian: `apt-get install npm`), and build again");
+            // A folder of commands changes when npm is installed there.
+            let path = env::var_os("PATH").unwrap_or_default();
+            for commands in env::split_paths(&path).filter(|p| p.is_absolute() && p.is_dir()) {
+                println!("cargo::rerun-if-changed={}", commands.display());
+            }
+        }
+        Err(e) if began.elapsed() < QUICK => {
+            warn(&format!("`npm ci` has failed: {e}"), "correct this, and build again");
+            // Cargo runs this program in every build while a file that it names does not exist.
+            println!("cargo::rerun-if-changed={}", folder.join(INSTALLED).display());
+        }
+        Err(e) => warn(&format!("`npm ci` has failed: {e}"), &format!("correct this, and build with {SWITCH}=again")),
+    }
+    None
+}
+
+fn warn(why: &str, help: &str) {
+    println!("cargo::warning=the program is built without its page, whose libraries are missing: {why}; {help}");
+}
+
+/// Runs npm in a folder of its own. The error is that of starting npm, or the first line that npm has printed.
+fn install(page: &Path, folder: &Path) -> io::Result<()> {
+    fs::create_dir_all(folder)?;
+    // What an earlier build has installed may soon be incomplete.
+    match fs::remove_file(folder.join(INSTALLED)) {
+        Err(e) if e.kind() != io::ErrorKind::NotFound => return Err(e),
+        _ => {}
+    }
+    for file in [PACKAGE, LOCK] {
+        fs::copy(page.join(file), folder.join(file))?;
+    }
+    let npm = if cfg!(windows) { "npm.cmd" } else { "npm" };
+    let out = Command::new(npm).args(NPM).current_dir(folder).stdin(Stdio::null()).output()?;
+    if out.status.success() {
+        return Ok(());
+    }
+    let text = String::from_utf8_lossy(&out.stderr);
+    // The first lines only name the call of the system.
+    let details = ["code ", "errno ", "syscall ", "path "];
+    let is_said = |line: &&str| !line.is_empty() && !details.iter().any(|word| line.starts_with(word));
+    let mut lines = text.lines().filter_map(|line| line.strip_prefix("npm error ")).filter(is_said);
+    Err(io::Error::other(lines.next().map_or_else(|| out.status.to_string(), str::to_owned)))
+}
+
 fn main() {
     let root = PathBuf::from(env::var_os("CARGO_MANIFEST_DIR").expect("cargo tells the folder")).join("page");
-    println!("cargo::rerun-if-changed=page");
+    let out = PathBuf::from(env::var_os("OUT_DIR").expect("cargo tells the folder"));
     let mut entries: Vec<(String, &'static str, PathBuf)> = Vec::new();
     let mut imports = Map::new();
     let mut names: Vec<PathBuf> = fs::read_dir(&root).expect("the page").flatten().map(|e| e.path()).collect();
     names.sort();
+    println!("cargo::rerun-if-changed=page");
     for path in names.into_iter().filter(|p| p.is_file()) {
         let (Some(kind), Some(name)) = (kind(&path), path.file_name().and_then(|n| n.to_str())) else { continue };
         if let Some(stem) = name.strip_suffix(".js") {
@@ -56,9 +145,8 @@ fn main() {
         }
         entries.push((format!("/page/{name}"), kind, path.clone()));
     }
-    let modules = root.join("node_modules");
-    let whole = LIBRARIES.iter().all(|(_, file)| modules.join(file).is_file());
-    if whole {
+    let modules = libraries(&root, &out);
+    if let Some(modules) = &modules {
         let files = LIBRARIES.iter().map(|(_, f)| *f).chain(BESIDE.iter().copied());
         for file in files {
             entries.push((format!("/lib/{file}"), "text/javascript; charset=utf-8", modules.join(file)));
@@ -66,19 +154,17 @@ fn main() {
         for (name, file) in LIBRARIES {
             imports.insert((*name).to_owned(), Value::String(format!("/lib/{file}")));
         }
-    } else {
-        println!(
-            "cargo::warning=the program is built without its page, whose libraries are missing: run `npm ci` in plugins/views/web/page, and build again"
-        );
     }
+    let whole = modules.is_some();
+    // For the build of the program, whose tests of the page in a browser need the libraries.
+    println!("cargo::metadata=whole={whole}");
     let map = json!({ "imports": imports }).to_string();
-    let mut out =
+    let mut text =
         String::from("/// Path, type and bytes of each file.\npub static FILES: &[(&str, &str, &[u8])] = &[\n");
     for (name, kind, path) in &entries {
-        out += &format!("    ({name:?}, {kind:?}, include_bytes!({:?})),\n", path.display().to_string());
+        text += &format!("    ({name:?}, {kind:?}, include_bytes!({:?})),\n", path.display().to_string());
     }
-    out += &format!("];\n/// The import map.\npub const IMPORT_MAP: &str = {map:?};\n");
-    out += &format!("/// Whether the libraries are embedded.\npub const WHOLE: bool = {whole};\n");
-    let to = PathBuf::from(env::var_os("OUT_DIR").expect("cargo tells the folder")).join("files.rs");
-    fs::write(to, out).expect("the list of files");
+    text += &format!("];\n/// The import map.\npub const IMPORT_MAP: &str = {map:?};\n");
+    text += &format!("/// Whether the libraries are embedded.\npub const WHOLE: bool = {whole};\n");
+    fs::write(out.join("files.rs"), text).expect("the list of files");
 }

@@ -30,9 +30,9 @@ fn answer(path: &str, whole: bool) -> Option<Page> {
 }
 
 /// The page of a program that was built without the page's libraries.
-const MISSING: &str = "<!doctype html>\n<html lang=\"en\">\n<meta charset=\"utf-8\">\n<title>Tatu</title>\n<p id=\"missing\">This \
-    program was built without the libraries of its page: run <code>npm ci</code> in <code>plugins/views/web/page</code>, and \
-    build the program again.</p>\n</html>\n";
+const MISSING: &str = "<!doctype html>\n<html lang=\"en\">\n<meta charset=\"utf-8\">\n<title>Tatu</title>\n\
+    <p id=\"missing\">This program was built without the libraries of its page: install <code>npm</code>, and build the \
+    program again.</p>\n</html>\n";
 
 /// Returns the content security policy: scripts must come from this server; the inline import map is allowed by its
 /// hash.
@@ -70,7 +70,7 @@ mod tests {
     fn without_its_libraries_the_page_is_a_sentence_that_loads_nothing() {
         let (_, text, _) = answer("/", false).unwrap();
         let text = String::from_utf8(text).unwrap();
-        assert!(text.contains("run <code>npm ci</code> in <code>plugins/views/web/page</code>"), "{text}");
+        assert!(text.contains("install <code>npm</code>, and build the program again"), "{text}");
         assert!(!["<script", "<link", "http", "src="].iter().any(|part| text.contains(part)), "{text}");
     }
 }

@@ -26,7 +26,7 @@ pub fn check() -> Result {
         return Ok(());
     }
     Err(Fail::unsupported("this program was built without the libraries of its page, which films need")
-        .help("run `npm ci` in plugins/views/web/page, and build the program again"))
+        .help("install npm, and build the program again"))
 }
 
 fn file(path: &str) -> String {
