@@ -9,6 +9,7 @@ use std::{
 };
 
 use tatu_errors::{Error, Result};
+use tatu_plugin_api::safe::folders_beside;
 use tempfile::TempDir;
 
 /// The origin of a folder on the search path.
@@ -30,17 +31,6 @@ pub enum Source {
 fn stem(name: &str) -> Option<&str> {
     let stem = name.strip_suffix(std::env::consts::DLL_SUFFIX)?;
     Some(stem.strip_prefix(std::env::consts::DLL_PREFIX).unwrap_or(stem)).filter(|s| s.starts_with("tatu_"))
-}
-
-/// Returns the folders with the models that come with a program in `dir`.
-fn models_around(dir: &Path) -> Vec<PathBuf> {
-    let mut models = vec![dir.join("models")];
-    models.extend(dir.parent().map(|up| up.join("share/tatu/models")));
-    // Beside `deps` the program is one that cargo has built, in `target/PROFILE` of the repository.
-    if dir.join("deps").is_dir() {
-        models.extend(dir.parent().and_then(Path::parent).map(|root| root.join("models")));
-    }
-    models
 }
 
 /// The search path. If several plugins have the same id, the first one wins.
@@ -103,7 +93,7 @@ impl Search {
                 folders.push((up.join("lib/tatu/plugins"), Source::Installed));
             }
         }
-        let models = exe.and_then(Path::parent).map(models_around).unwrap_or_default();
+        let models = exe.map(|exe| folders_beside(exe, "models")).unwrap_or_default();
         Search { folders, built: built.iter().map(|s| (*s).to_owned()).collect(), models, ..Search::default() }
     }
 

@@ -15,18 +15,26 @@ use crate::{
     kit::*,
 };
 
+/// The folder for what the program keeps for its user, in place of that of who runs the tests.
+const STATE: &str = env!("CARGO_TARGET_TMPDIR");
+
 /// The program with its page; it ends with the test.
-struct Served {
-    process: Child,
-    url: String,
+pub(super) struct Served {
+    pub(super) process: Child,
+    pub(super) url: String,
 }
 
 impl Served {
     fn new(dir: &std::path::Path, args: &[&str]) -> Served {
+        Served::with_state(dir, args, std::path::Path::new(STATE))
+    }
+    /// Serves with a folder for what is kept from run to run.
+    pub(super) fn with_state(dir: &std::path::Path, args: &[&str], state: &std::path::Path) -> Served {
         let mut process = Command::new(env!("CARGO_BIN_EXE_tatu"))
             .current_dir(dir)
             .args(args)
             .env_remove("TATU_PLUGIN_PATH")
+            .env("XDG_STATE_HOME", state)
             .stdout(Stdio::piped())
             .stderr(Stdio::null())
             .spawn()
@@ -36,14 +44,14 @@ impl Served {
         Served { process, url: url.trim().to_owned() }
     }
     /// Returns the address as 127.0.0.1:PORT.
-    fn host(&self) -> &str {
+    pub(super) fn host(&self) -> &str {
         self.url.trim_start_matches("http://").split('/').next().unwrap()
     }
-    fn token(&self) -> &str {
+    pub(super) fn token(&self) -> &str {
         self.url.split("token=").nth(1).unwrap()
     }
     /// Returns the answer to a request.
-    fn ask(&self, head: &str) -> String {
+    pub(super) fn ask(&self, head: &str) -> String {
         let mut stream = TcpStream::connect(self.host()).unwrap();
         stream.set_read_timeout(Some(Duration::from_secs(20))).unwrap();
         stream.write_all(head.as_bytes()).unwrap();
@@ -51,7 +59,7 @@ impl Served {
         let _ = stream.read_to_end(&mut out);
         String::from_utf8_lossy(&out).into_owned()
     }
-    fn socket(&self) -> WebSocket<MaybeTlsStream<TcpStream>> {
+    pub(super) fn socket(&self) -> WebSocket<MaybeTlsStream<TcpStream>> {
         tungstenite::connect(format!("ws://{}/ws?token={}", self.host(), self.token())).unwrap().0
     }
 }
@@ -64,7 +72,7 @@ impl Drop for Served {
 }
 
 /// Returns the next JSON message that has a key.
-fn next(socket: &mut WebSocket<MaybeTlsStream<TcpStream>>, key: &str) -> Value {
+pub(super) fn next(socket: &mut WebSocket<MaybeTlsStream<TcpStream>>, key: &str) -> Value {
     loop {
         if let Message::Text(text) = socket.read().unwrap() {
             let message: Value = serde_json::from_str(&text).unwrap();
@@ -201,7 +209,8 @@ fn the_gallery_has_plain_files_only() {
     let served = Served::new(place.path(), &["open", "--no-browser"]);
     let mut socket = served.socket();
     socket.send(Message::text(json!({ "files": true }).to_string())).unwrap();
-    let files = next(&mut socket, "files")["files"].as_array().unwrap().clone();
+    let mut files = next(&mut socket, "files")["files"].as_array().unwrap().clone();
+    files.retain(|f| f["in"] == "own");
     let names: Vec<_> = files.iter().map(|f| f["file"].as_str().unwrap()).collect();
     assert_eq!(names, ["scenes/good.toml", "scenes/other.toml", "scenes/folder.toml/inner.toml"]);
     assert!(files.iter().all(|f| f["about"] == "A ball" && f["picture"].is_null()), "{files:?}");
@@ -223,6 +232,7 @@ fn a_browser_is_started_without_the_token() {
         .current_dir(place.path())
         .args(["open"])
         .env("PATH", path)
+        .env("XDG_STATE_HOME", STATE)
         .env("XDG_RUNTIME_DIR", place.path().join("run"))
         .stdout(Stdio::piped())
         .stderr(Stdio::null())
@@ -249,6 +259,7 @@ fn viewers_change_nothing() {
         let mut process = Command::new(env!("CARGO_BIN_EXE_tatu"))
             .current_dir(root())
             .args(["run", ROBOT, "--steps", "400", "--service", "web:speed=0"])
+            .env("XDG_STATE_HOME", STATE)
             .stdout(Stdio::piped())
             .stderr(Stdio::piped())
             .spawn()
@@ -304,7 +315,7 @@ fn a_scene_is_opened_started_changed_and_reset() {
 }
 
 #[test]
-#[cfg_attr(no_browser, ignore = "needs Chromium, and `npm ci` in plugins/views/web/page before the build")]
+#[cfg_attr(no_browser, ignore = "needs Chromium, and npm at the build")]
 fn a_student_drives_and_changes_a_robot() {
     let browser = browser();
     let served = Served::new(root(), &["open", "scenes/course/manta_keyboard_statusbar.toml", "--no-browser"]);
@@ -386,6 +397,7 @@ fn what_was_done_in_the_page_is_repeated_from_the_log() {
     let mut process = Command::new(env!("CARGO_BIN_EXE_tatu"))
         .current_dir(root())
         .args(["run", ROBOT, "--service", "web:speed=5", "--log", &log])
+        .env("XDG_STATE_HOME", STATE)
         .stdout(Stdio::piped())
         .stderr(Stdio::piped())
         .spawn()
@@ -422,7 +434,7 @@ fn what_was_done_in_the_page_is_repeated_from_the_log() {
 }
 
 #[test]
-#[cfg_attr(no_browser, ignore = "needs Chromium, and `npm ci` in plugins/views/web/page before the build")]
+#[cfg_attr(no_browser, ignore = "needs Chromium, and npm at the build")]
 fn a_film_shows_any_time_of_a_run() {
     let browser = browser();
     let folder = tempfile::tempdir().unwrap();

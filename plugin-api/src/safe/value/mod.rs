@@ -1,5 +1,6 @@
-//! Values and their declarations: parameters, fields, errors, regular files.
+//! Values and their declarations: parameters, fields, errors, regular files, folders of a program.
 
+pub(crate) mod beside;
 pub(crate) mod fail;
 pub(crate) mod field;
 pub(crate) mod keep;

@@ -17,6 +17,7 @@ use std::{
     time::Duration,
 };
 
+use serde_json::json;
 use tungstenite::{
     Message as Frame, WebSocket,
     handshake::derive_accept_key,
@@ -26,7 +27,12 @@ use tungstenite::{
 use crate::{
     http::{Request, answer},
     outbox::{Message, Outbox},
+    state::State,
+    tokens::{self, Tokens},
 };
+
+/// The path at which everybody can ask who listens here.
+const ABOUT: &str = "/tatu";
 
 /// Most connections at a time.
 const MOST_CONNECTIONS: usize = 256;
@@ -52,11 +58,14 @@ pub type Page = (&'static str, Vec<u8>, Vec<(&'static str, String)>);
 
 /// Settings of a listener.
 pub struct Settings {
+    /// Id of the service, for clients that ask who listens here.
+    pub service: &'static str,
     /// Port on 127.0.0.1; 0: any free one.
     pub port: u16,
     /// Path at which WebSockets connect.
     pub path: &'static str,
-    /// Whether a WebSocket must carry a token; some standard protocols cannot.
+    /// Whether a WebSocket must carry a token; some standard protocols cannot. The tokens of a fixed port remain the same
+    /// from one run to the next.
     pub token: bool,
     /// Allowed origins of pages besides this server, as browsers send them: `http://localhost:8080`.
     pub origins: Vec<String>,
@@ -99,6 +108,8 @@ pub struct Listener {
     pub token: String,
     /// The token for read-only rights.
     pub look_token: String,
+    /// The reason why the tokens of a fixed port are not kept for the next run.
+    pub unkept: Option<io::Error>,
     new: Arc<Mutex<Vec<Client>>>,
     end: Arc<AtomicBool>,
     thread: Option<JoinHandle<()>>,
@@ -108,18 +119,13 @@ fn lock<T>(of: &Mutex<T>) -> MutexGuard<'_, T> {
     of.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// Creates a random text that cannot be guessed.
-pub fn token() -> io::Result<String> {
-    let mut bytes = [0; 16];
-    getrandom::fill(&mut bytes).map_err(|e| io::Error::other(format!("random numbers are not available: {e}")))?;
-    Ok(bytes.iter().map(|b| format!("{b:02x}")).collect())
-}
-
 /// Data shared by all connections of a listener.
 struct Shared {
     settings: Settings,
     address: SocketAddr,
-    tokens: [String; 2],
+    tokens: Tokens,
+    /// Distinguishes this listener from earlier ones on the same port.
+    instance: String,
     new: Arc<Mutex<Vec<Client>>>,
     end: Arc<AtomicBool>,
     count: AtomicUsize,
@@ -132,13 +138,18 @@ impl Listener {
         let listener = TcpListener::bind((Ipv4Addr::LOCALHOST, settings.port))?;
         let address = listener.local_addr()?;
         listener.set_nonblocking(true)?;
-        let tokens = [token()?, token()?];
+        // Only the program that has the port reads its tokens.
+        let (tokens, unkept) = match settings.token && settings.port != 0 {
+            true => tokens::kept(State::of_user(), settings.port)?,
+            false => (tokens::new()?, None),
+        };
         let new = Arc::new(Mutex::new(Vec::new()));
         let end = Arc::new(AtomicBool::new(false));
         let shared = Arc::new(Shared {
             settings,
             address,
             tokens: tokens.clone(),
+            instance: tokens::token()?,
             new: new.clone(),
             end: end.clone(),
             count: AtomicUsize::new(0),
@@ -146,7 +157,7 @@ impl Listener {
         });
         let thread = std::thread::Builder::new().name("listener".into()).spawn(move || accept(&listener, &shared))?;
         let [token, look_token] = tokens;
-        Ok(Listener { address, token, look_token, new, end, thread: Some(thread) })
+        Ok(Listener { address, token, look_token, unkept, new, end, thread: Some(thread) })
     }
     /// Returns the clients that have connected since the last call.
     pub fn take_new(&self) -> Vec<Client> {
@@ -211,6 +222,16 @@ fn serve(mut stream: TcpStream, shared: &Arc<Shared>) -> io::Result<()> {
     }
     if request.method != "GET" {
         return refuse(&mut stream, "405 Method Not Allowed", "only GET is supported\n");
+    }
+    if request.path == ABOUT {
+        let about = json!({
+            "name": "tatu",
+            "service": shared.settings.service,
+            "version": env!("CARGO_PKG_VERSION"),
+            "instance": shared.instance,
+        });
+        let headers = [("Content-Type", "application/json"), ("Cache-Control", "no-store")];
+        return answer(&mut stream, "200 OK", &headers, about.to_string().as_bytes());
     }
     if request.path != shared.settings.path {
         return match (shared.settings.files)(&request.path) {

@@ -95,6 +95,7 @@ impl Service for Rosbridge {
         let port = params.i64("port")? as u16;
         let token = params.bool("token")?;
         let settings = Settings {
+            service: Self::ID,
             port,
             path: "/",
             token,

@@ -9,7 +9,7 @@ import { lintGutter, setDiagnostics } from "@codemirror/lint";
 import { lua } from "@codemirror/legacy-modes/mode/lua";
 import { tags } from "@lezer/highlight";
 import { call, on, send } from "tatu/net";
-import { changed, rights } from "tatu/store";
+import { changed, rights, scene, watch } from "tatu/store";
 import { line } from "tatu/output";
 
 const get = (id) => document.getElementById(id);
@@ -70,6 +70,22 @@ export function openScript(script) {
 
 on("commands", (message) => { commands = message.commands; });
 on("script", (message) => { if (open?.id === message.script) fill(message.text); });
+
+// After a lost connection the text in the editor remains, and belongs to the script of the same name.
+let again = false;
+on("again", () => {
+  again = true;
+  commands = null;
+});
+watch("scene", () => {
+  if (!again) return;
+  again = false;
+  if (!open) return;
+  send({ commands: true });
+  const all = [...scene.scripts, ...[...scene.objects.values()].flatMap((o) => o.scripts ?? [])];
+  const same = all.filter((s) => s.name === open.name);
+  open = same.find((s) => s.id === open.id) ?? same[0] ?? open;
+});
 
 /** Marks a line that a message names: "name:12: what is wrong". */
 function mark(text) {

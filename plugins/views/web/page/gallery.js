@@ -1,47 +1,93 @@
-// Scenes that are here, to open one; and files that are dropped.
+// The gallery of scenes, to open one; and files that are dropped.
 
-import { call, on, send, upload } from "tatu/net";
+import { ask, call, on, send, upload } from "tatu/net";
+import { sendPicture } from "tatu/pictures";
 import { rights, scene, watch } from "tatu/store";
 import { line } from "tatu/output";
 
 const dialog = document.getElementById("dialog");
 const files = document.getElementById("files");
+const find = document.getElementById("find-scene");
 
 export function browse() {
+  // The list shows the open scene as it looks now.
+  sendPicture();
   send({ files: true });
+  find.value = "";
   if (!dialog.open) dialog.showModal();
 }
 
 async function open(file) {
+  sendPicture();
   if (dialog.open) dialog.close();
   try {
-    await call("tatu.open", file);
+    await ask({ open: file }, `opening ${file}`);
   } catch (e) {
-    line("Status", e.error, "error");
+    line("Status", e.help ? `${e.error} (${e.help})` : e.error, "error");
   }
 }
 
-function entry({ file, about, picture }) {
+/** What people call a scene: the name of its file; the demonstration of a model is named after the model. */
+function title(file) {
+  const parts = file.split(/[\\/]/);
+  const last = parts.pop();
+  const name = last === "demo.toml" && parts.length ? parts.pop() : last.replace(/\.toml$/, "");
+  return name.replaceAll("_", " ");
+}
+
+function text(tag, content, className = "") {
+  return Object.assign(document.createElement(tag), { textContent: content, className });
+}
+
+function card({ file, about, try: toTry, picture }) {
   const li = document.createElement("li");
   const b = document.createElement("button");
   b.className = "scene";
   b.onclick = () => open(file);
-  if (picture) b.append(Object.assign(new Image(240, 150), { src: `data:image/png;base64,${picture}`, alt: "" }));
-  const name = document.createElement("strong");
-  name.textContent = file.split("/").pop().replace(/\.toml$/, "").replaceAll("_", " ");
   b.title = file;
-  const small = document.createElement("small");
-  small.textContent = about;
-  b.append(name, small);
+  if (picture) b.append(Object.assign(new Image(240, 150), { src: `data:image/png;base64,${picture}`, alt: "" }));
+  b.append(text("strong", title(file)));
+  if (about) b.append(text("small", about));
+  if (toTry) b.append(text("small", `Try: ${toTry}`, "try"));
   li.append(b);
   return li;
 }
 
-on("files", (message) => {
-  const none = document.createElement("li");
-  none.textContent = "No scenes lie in the folder in which the program was started.";
-  files.replaceChildren(...(message.files.length ? message.files.map(entry) : [none]));
+/** A heading and its cards. */
+function section(name, all) {
+  const own = document.createElement("section");
+  const list = document.createElement("ul");
+  list.append(...all.map(card));
+  own.append(text("h3", name), list);
+  return own;
+}
+
+on("files", ({ files: all, folder }) => {
+  const sections = [["recent", "Recent"], ["own", folder ? `Yours: ${folder}` : "Yours"], ["program", "Comes with Tatu"]];
+  const shown = sections.map(([key, name]) => [name, all.filter((f) => f.in === key)]).filter(([, cards]) => cards.length);
+  const none = text("p", shown.length ? "No scene is like this." : "There are no scenes here: drop one on the page.");
+  none.id = "no-scene";
+  files.replaceChildren(...shown.map(([name, cards]) => section(name, cards)), none);
+  sift();
 });
+
+/** Shows the cards that contain each word that is looked for. */
+function sift() {
+  const words = find.value.toLowerCase().split(/\s+/);
+  let any = false;
+  for (const own of files.querySelectorAll("section")) {
+    let some = false;
+    for (const li of own.querySelectorAll("li")) {
+      const name = `${li.textContent} ${li.firstChild.title}`.toLowerCase();
+      li.hidden = !words.every((word) => name.includes(word));
+      some ||= !li.hidden;
+    }
+    own.hidden = !some;
+    any ||= some;
+  }
+  document.getElementById("no-scene").hidden = any;
+}
+find.oninput = () => { if (files.childElementCount) sift(); };
 document.getElementById("gallery").onclick = browse;
 
 let first = true;

@@ -1,6 +1,6 @@
 // Puts the parts of the page together.
 
-import { connect, on } from "tatu/net";
+import { connect } from "tatu/net";
 import "tatu/store";
 import "tatu/controls";
 import "tatu/tree";
@@ -19,7 +19,6 @@ import "tatu/drawings";
 import "tatu/editor";
 import "tatu/windows";
 import "tatu/links";
+import "tatu/lost";
 
-on("closed", () => { document.getElementById("lost").hidden = false; });
 connect();
-document.getElementById("missing")?.remove();

@@ -2,6 +2,8 @@
 
 const handlers = new Map();
 let socket = null;
+/** The program, as it says at `/tatu`; a program that was started again has another instance. */
+let program = "";
 let asked = 0;
 const waiting = new Map();
 
@@ -15,16 +17,40 @@ function tell(kind, value) {
   for (const f of handlers.get(kind) ?? []) f(value);
 }
 
-/** Sends a message. */
+function isOpen() {
+  return socket?.readyState === WebSocket.OPEN;
+}
+
+/** Sends a message; without a connection it is lost. */
 export function send(message) {
-  if (socket?.readyState === WebSocket.OPEN) socket.send(JSON.stringify(message));
+  if (isOpen()) socket.send(JSON.stringify(message));
+}
+
+/** Sends a message that is answered; a promise of its results. */
+export function ask(message, what) {
+  const id = ++asked;
+  return new Promise((good, bad) => {
+    if (!isOpen()) {
+      bad({ error: `${what} was not done: there is no connection to the program`, help: "do it again once the page is connected" });
+      return;
+    }
+    waiting.set(id, { good, bad, what });
+    send({ ...message, id });
+  });
 }
 
 /** Calls a command; a promise of its results. */
 export function call(name, ...args) {
-  const id = ++asked;
-  send({ call: name, args, id });
-  return new Promise((good, bad) => waiting.set(id, { good, bad }));
+  return ask({ call: name, args }, `\`${name}\``);
+}
+
+/** Refuses what is not answered yet: its answer will not come over another connection. */
+function refuseAll() {
+  const all = [...waiting.values()];
+  waiting.clear();
+  for (const { bad, what } of all) {
+    bad({ error: `the connection was lost before the program answered ${what}`, help: "look whether it was done, and do it again if not" });
+  }
 }
 
 /** Bytes of a part of a file. */
@@ -33,8 +59,10 @@ const PART = 2 << 20;
 /** Sends a file in parts; a promise of its name for commands. */
 export async function upload(file) {
   const bytes = new Uint8Array(await file.arrayBuffer());
+  const what = `the file ${file.name}`;
+  if (!isOpen()) throw { error: `${what} was not sent: there is no connection to the program`, help: "drop it again once the page is connected" };
   const id = ++asked;
-  const done = new Promise((good, bad) => waiting.set(id, { good: ([name]) => good(name), bad }));
+  const done = new Promise((good, bad) => waiting.set(id, { good: ([name]) => good(name), bad, what }));
   for (let at = 0; at === 0 || at < bytes.length; at += PART) {
     let text = "";
     for (const b of bytes.subarray(at, at + PART)) text += String.fromCharCode(b);
@@ -71,10 +99,82 @@ function token() {
   return sessionStorage.getItem("token") ?? "";
 }
 
-/** Connects; once. */
-export function connect() {
-  socket = new WebSocket(`ws://${location.host}/ws?token=${token()}`);
-  socket.binaryType = "arraybuffer";
-  socket.onmessage = receive;
-  socket.onclose = () => tell("closed", null);
+/** Waits between attempts to connect, ms. */
+const WAITS = [100, 200, 400, 800, 1500, 2000];
+/** How long an answer may take before nobody is there, ms. */
+const PATIENCE = 2000;
+
+function get(path) {
+  return fetch(path, { cache: "no-store", signal: AbortSignal.timeout(PATIENCE) });
+}
+
+/** Who is at this address: what the program says of itself; null for another program, undefined for nobody. */
+async function whoIsThere() {
+  let answer;
+  try {
+    answer = await get("/tatu");
+  } catch {
+    return undefined;
+  }
+  try {
+    const told = await answer.json();
+    return told?.name === "tatu" && told.service === "web" ? told : null;
+  } catch {
+    return null;
+  }
+}
+
+/** Whether the program refuses the token; without an upgrade, the path of the connection says no more than this. */
+async function isRefused() {
+  try {
+    return (await get(`/ws?token=${token()}`)).status === 401;
+  } catch {
+    return false;
+  }
+}
+
+/** Opens a socket; a promise of whether it has opened. */
+function open(instance) {
+  return new Promise((done) => {
+    const own = new WebSocket(`ws://${location.host}/ws?token=${token()}`);
+    own.binaryType = "arraybuffer";
+    own.onmessage = receive;
+    own.onopen = () => {
+      socket = own;
+      // The program tells everything from the beginning: what the last connection has told is forgotten before.
+      if (program) tell("again", { restarted: program !== instance });
+      program = instance;
+      done(true);
+    };
+    own.onclose = () => {
+      if (socket === own) {
+        socket = null;
+        refuseAll();
+        connect();
+      }
+      done(false);
+    };
+  });
+}
+
+/** One attempt: whether it has succeeded. What prevents it is told as "lost": gone, other, or old. */
+async function attempt() {
+  const told = await whoIsThere();
+  if (!told) {
+    tell("lost", told === null ? "other" : "gone");
+    return false;
+  }
+  if (await open(told.instance)) {
+    tell("connected", null);
+    return true;
+  }
+  tell("lost", (await isRefused()) ? "old" : "gone");
+  return false;
+}
+
+/** Connects, and again whenever the connection is lost. */
+export async function connect() {
+  for (let n = 0; !(await attempt()); n++) {
+    await new Promise((later) => setTimeout(later, WAITS[Math.min(n, WAITS.length - 1)]));
+  }
 }

@@ -66,5 +66,6 @@ on("event", ({ event, payload }) => {
   else if (event === "started") line("Status", "simulation started");
   else if (event === "stopped") line("Status", "simulation stopped: the scene is as it was");
 });
+on("again", clear);
 on("error", ({ error, help }) => line("Status", help ? `${error} (${help})` : error, "error"));
 page("Status");

@@ -25,9 +25,14 @@ export function select(id) {
   if (id === chosen) return;
   chosen = id;
   for (const f of watchers.selected) f(id);
-  const kind = scene.objects.get(id);
-  send({ eye: kind?.schema === "image" ? id : 0 });
-  send({ graph: kind?.kind === "graph" ? id : 0 });
+  request();
+}
+
+/** Asks for the image or the streams of the selected object. */
+function request() {
+  const kind = scene.objects.get(chosen);
+  send({ eye: kind?.schema === "image" ? chosen : 0 });
+  send({ graph: kind?.kind === "graph" ? chosen : 0 });
 }
 
 /** Something was changed that is in no file. */
@@ -44,5 +49,9 @@ on("scene", ({ scene: told }) => {
   for (const f of watchers.scene) f(scene);
   if (!scene.objects.has(chosen)) select(0);
 });
-on("hello", ({ hello }) => { rights.acts = hello.acts; });
+on("hello", ({ hello }) => {
+  rights.acts = hello.acts;
+  // The program forgets with a connection what was asked for over it.
+  if (chosen) request();
+});
 document.getElementById("unsaved").hidden = !sessionStorage.getItem("unsaved");

@@ -72,11 +72,15 @@ function show(key, payload) {
   host.append(box);
 }
 
+function closeAll() {
+  for (const { box } of open.values()) box.remove();
+  open.clear();
+}
+
+// The program opens again those that are still there.
+on("again", closeAll);
 on("event", ({ event, payload }) => {
-  if (event === "stopped") {
-    for (const { box } of open.values()) box.remove();
-    open.clear();
-  }
+  if (event === "stopped") closeAll();
   if (event !== "ui.window") return;
   const key = `${payload.act} ${payload.window}`;
   if (payload.widgets) return show(key, payload);

@@ -1,27 +1,19 @@
 //! Requests of clients. Everything that acts on the world is a command or a request, which the input log records.
 
-use std::{io::Read, path::Path};
+use std::path::Path;
 
 use base64::{Engine, engine::general_purpose::STANDARD};
 use serde_json::{Value as Json, json};
 use tatu_plugin_api::{
     abi::*,
-    safe::{Called, Fail, Result, Turn, Value, open_plain, read_plain},
+    safe::{Called, Fail, Result, Turn, Value},
 };
 use tatu_services_common::json;
 
-use crate::frames::object;
+use crate::{frames::object, gallery, recent::Recent};
 
 /// Properties that are too large to be shown as text.
 const LARGE: &[&str] = &["shape.surface", "shape.parts", "object.data", "scene.data", "graph.streams", "graph.curves"];
-/// Most files in a list of scenes.
-const MOST_FILES: usize = 500;
-/// Limits on the size of a scene file whose first comment is read, and on the comment.
-const MOST_SCENE: u64 = 256 << 20;
-const MOST_ABOUT: u64 = 4 << 10;
-/// Most bytes of the image of a scene.
-const MOST_PICTURE: u64 = 64 << 10;
-
 /// Most numbers of a field of a reading that are shown as text.
 const MOST_NUMBERS: usize = 16;
 
@@ -84,71 +76,28 @@ pub fn call(turn: &Turn<'_>, name: &str, args: &[Json]) -> Result<Json> {
     }
 }
 
+/// Opens a scene of the gallery. Those that come with the program and recent ones may be anywhere; `tatu.open` finds all
+/// others, in the folders in which scripts open files.
+pub fn open(turn: &Turn<'_>, recent: &Recent, file: &str) -> Result {
+    let path = Path::new(file);
+    if path.is_absolute() && (gallery::comes_with_program(path) || recent.contains(path)) {
+        return turn.open_scene(file);
+    }
+    call(turn, "tatu.open", &[json!(file)]).map(|_| ())
+}
+
+/// Keeps a picture of a recent scene.
+pub fn picture(recent: &Recent, scene: &str, png: &str) -> Result {
+    let is_good = STANDARD.decode(png).is_ok_and(|png| recent.picture(Path::new(scene), &png));
+    is_good.then_some(()).ok_or_else(|| {
+        Fail::argument(format!("the picture of `{scene}` cannot be kept: expected a PNG of at most 64 KiB in base64"))
+    })
+}
+
 /// Returns all commands, for completion: name, parameters and description.
 pub fn commands(turn: &Turn<'_>) -> Json {
     let all = turn.commands();
     all.iter().map(|c| json!([c.names.first(), c.params.join(", "), c.text])).collect()
-}
-
-/// Returns the scenes in the folder `scenes` and next to it, for the gallery, by the names that `tatu.open` takes.
-pub fn files() -> Json {
-    let mut out = Vec::new();
-    let mut open = vec![(Path::new(".").to_path_buf(), 0)];
-    while let Some((folder, depth)) = open.pop() {
-        let mut entries: Vec<_> =
-            std::fs::read_dir(&folder).into_iter().flatten().flatten().map(|e| e.path()).collect();
-        entries.sort();
-        for path in entries {
-            let name = path.strip_prefix("./").unwrap_or(&path).to_string_lossy().into_owned();
-            let hidden = path.file_name().is_none_or(|n| n.to_string_lossy().starts_with('.'));
-            let below_scenes = depth > 0 || name == "scenes" || name == "models";
-            if hidden || out.len() >= MOST_FILES {
-                continue;
-            }
-            if path.is_dir() && below_scenes && depth < 3 && !path.is_symlink() {
-                open.push((path, depth + 1));
-            } else if is_scene(&path, depth) {
-                let about = beginning(&path).and_then(|t| about(&t)).unwrap_or_default();
-                out.push(json!({ "file": name, "about": about, "picture": picture(&path) }));
-            }
-        }
-    }
-    Json::Array(out)
-}
-
-/// Returns the beginning of a scene file, as text.
-fn beginning(scene: &Path) -> Option<String> {
-    let mut bytes = Vec::new();
-    open_plain(scene, MOST_SCENE).ok()?.take(MOST_ABOUT).read_to_end(&mut bytes).ok()?;
-    // The last line may be incomplete.
-    let whole = bytes.iter().rposition(|b| *b == b'\n').map_or(bytes.len(), |end| end + 1);
-    std::str::from_utf8(&bytes[..whole]).ok().map(str::to_owned)
-}
-
-/// Returns the image next to a scene file, a PNG in base64.
-fn picture(scene: &Path) -> Option<String> {
-    let bytes = read_plain(&scene.with_extension("png"), MOST_PICTURE).ok()?;
-    bytes.starts_with(b"\x89PNG").then(|| STANDARD.encode(bytes))
-}
-
-fn is_scene(path: &Path, depth: usize) -> bool {
-    // Pipes, devices and folders with such an extension cannot be opened.
-    path.is_file()
-        && match path.extension().and_then(|e| e.to_str()) {
-            Some("ttt" | "ttm" | "urdf") => true,
-            // The folder that contains `scenes` has other files with this extension.
-            Some("toml") => depth > 0,
-            _ => false,
-        }
-}
-
-/// Returns the comment at the beginning of a scene file.
-fn about(text: &str) -> Option<String> {
-    let lines: Vec<&str> =
-        text.lines().take_while(|l| l.starts_with('#')).map(|l| l.trim_start_matches(['#', ' '])).collect();
-    // The lines after the first paragraph are for a terminal.
-    let own = lines.split(|l| l.is_empty()).next().unwrap_or_default();
-    (!own.is_empty()).then(|| own.join(" "))
 }
 
 /// Returns the number of a request, by its name.

@@ -3,6 +3,7 @@
 //! - `service`: the barrier; `show`: messages to clients; `acts`: requests of clients; `drop`: files dropped on the
 //!   page;
 //! - `scene`: the scene as a whole; `frames`: changes since; `readings`: data of sensors, drawings and graphs;
+//! - `gallery`: the scenes that the page offers; `recent`: those shown lately, kept from run to run;
 //! - `lists`: lists built once for all clients, and limits on requests; `opened`: passes the address to a browser;
 //! - `plugin`: the plugin, and interned property keys; `windows`: windows of scripts; `pace`: real-time factor;
 //!   `files`: the page itself;
@@ -14,11 +15,13 @@ mod files;
 mod film;
 mod film_page;
 mod frames;
+mod gallery;
 mod lists;
 mod opened;
 mod pace;
 mod plugin;
 mod readings;
+mod recent;
 mod scene;
 mod service;
 mod show;

@@ -6,7 +6,7 @@ use serde_json::json;
 use tatu_plugin_api::safe::Turn;
 use tatu_services_common::outbox::Utf8Bytes;
 
-use crate::acts;
+use crate::{acts, gallery, recent::Recent};
 
 /// How long a list is reused before it is built again.
 const FRESH: Duration = Duration::from_secs(1);
@@ -15,6 +15,7 @@ const FRESH: Duration = Duration::from_secs(1);
 #[derive(Default)]
 pub(crate) struct Lists {
     commands: Option<(Instant, Utf8Bytes)>,
+    /// The list of scenes for viewers.
     files: Option<(Instant, Utf8Bytes)>,
 }
 
@@ -23,9 +24,12 @@ impl Lists {
     pub(crate) fn commands(&mut self, turn: &Turn<'_>, anew: bool) -> Utf8Bytes {
         kept(&mut self.commands, anew, || json!({ "commands": acts::commands(turn) }).to_string())
     }
-    /// Returns the list of scenes.
-    pub(crate) fn files(&mut self, anew: bool) -> Utf8Bytes {
-        kept(&mut self.files, anew, || json!({ "files": acts::files() }).to_string())
+    /// Returns the list of scenes. Only clients with control rights learn what the user has opened lately.
+    pub(crate) fn files(&mut self, recent: Option<&Recent>) -> Utf8Bytes {
+        match recent {
+            Some(recent) => gallery::list(&recent.all()).to_string().into(),
+            None => kept(&mut self.files, false, || gallery::list(&[]).to_string()),
+        }
     }
 }
 

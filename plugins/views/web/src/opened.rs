@@ -9,7 +9,7 @@ use std::{
     process::{Command, Stdio},
 };
 
-use tatu_services_common::listener::token;
+use tatu_services_common::tokens::token;
 
 /// The temporary file, which is removed when this is dropped.
 pub(crate) struct Opened(PathBuf);

@@ -27,6 +27,7 @@ use crate::{
     pace::{Pace, SPEEDS},
     plugin::WebPage,
     readings,
+    recent::Recent,
     scene::Whole,
     windows::{self, Windows},
 };
@@ -67,6 +68,7 @@ pub(crate) struct State {
     pub(crate) sent: readings::Sent,
     pub(crate) listener: Listener,
     pub(crate) lists: Lists,
+    pub(crate) recent: Recent,
     /// The file that passes the address to a browser, until the browser connects.
     pub(crate) opened: Option<Opened>,
 }
@@ -105,6 +107,7 @@ impl Service for Web {
 
     fn start(plugin: &WebPage, _: &Host, session: Session, params: &Params<'_>) -> Result<Self> {
         let settings = Settings {
+            service: Self::ID,
             port: params.i64("port")? as u16,
             path: "/ws",
             token: true,
@@ -119,6 +122,10 @@ impl Service for Web {
         let listener = Listener::open(settings)
             .map_err(|e| Fail::new(format!("cannot listen on 127.0.0.1:{}: {e}", params.i64("port").unwrap_or(0))))?;
         let url = format!("http://{}/?token={}", listener.address, listener.token);
+        if let Some(e) = &listener.unkept {
+            let text = format!("the address of the page will be another one next time: its token cannot be kept ({e})");
+            session.log(TATU_LOG_INFO, &text);
+        }
         // Printed alone on a line, for programs to read; the token must not appear in logs.
         let mut out = std::io::stdout();
         let _ = writeln!(out, "{url}").and_then(|()| out.flush());
@@ -147,6 +154,7 @@ impl Service for Web {
             sent: readings::Sent::default(),
             listener,
             lists: Lists::default(),
+            recent: Recent::of_user(),
             opened,
         };
         Ok(Web { p: plugin.p, state: RefCell::new(state) })
@@ -292,7 +300,7 @@ impl State {
         if asked.get("commands").is_some() {
             return Some(self.lists.commands(turn, acts));
         }
-        asked.get("files").is_some().then(|| self.lists.files(acts))
+        asked.get("files").is_some().then(|| self.lists.files(acts.then_some(&self.recent)))
     }
 
     fn act(&mut self, turn: &Turn<'_>, guest: &mut Guest, asked: &Json, _: u64) -> Result<Option<Json>> {
@@ -340,6 +348,14 @@ impl State {
                 return Ok(None);
             }
             return Ok(Some(json!({ "result": [file.write(turn)?], "of": id })));
+        }
+        if let Some(file) = text("open") {
+            acts::open(turn, &self.recent, file)?;
+            return Ok(Some(json!({ "result": [], "of": id })));
+        }
+        if let (Some(png), Some(scene)) = (text("picture"), text("scene")) {
+            acts::picture(&self.recent, scene, png)?;
+            return Ok(None);
         }
         if let Some(name) = text("call") {
             let args = asked.get("args").and_then(Json::as_array).map_or(&[][..], Vec::as_slice);

@@ -1,6 +1,9 @@
 //! Queues messages to clients: the scene when it is new, then changes.
 
-use std::time::{Duration, Instant};
+use std::{
+    path::Path,
+    time::{Duration, Instant},
+};
 
 use serde_json::json;
 use tatu_plugin_api::{
@@ -35,6 +38,9 @@ impl State {
         if self.world != turn.raw().ptr().addr() || self.whole.ids != ids {
             self.whole = scene::read(turn, p)?;
             self.world = turn.raw().ptr().addr();
+            if let Some(file) = turn.get(0, p.file)?.as_str() {
+                self.recent.shown(Path::new(&*file));
+            }
             self.guests.iter_mut().for_each(|g| g.whole = false);
             self.sent = readings::Sent::default();
         }

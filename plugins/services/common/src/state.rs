@@ -1,0 +1,154 @@
+//! Private files that services keep for the user from one run to the next: in `XDG_STATE_HOME/tatu`, normally
+//! `~/.local/state/tatu`.
+//!
+//! The folder and its files are accessible to their owner alone. A file that is a link, belongs to somebody else, or can
+//! be accessed by others is not read: somebody else may have written it, or may know what is in it.
+
+use std::{
+    env,
+    ffi::OsString,
+    fs,
+    io::{self, Read, Write},
+    path::{Path, PathBuf},
+};
+
+/// The user's folder of such files.
+#[derive(Debug, Clone)]
+pub struct State {
+    folder: PathBuf,
+}
+
+impl State {
+    /// Returns the folder of this user, creating it if necessary.
+    pub fn of_user() -> io::Result<State> {
+        let folder = folder_of(|name| env::var_os(name)).ok_or_else(|| {
+            let text =
+                "there is no folder for the state of programs: expected an absolute path in HOME or XDG_STATE_HOME";
+            io::Error::new(io::ErrorKind::NotFound, text)
+        })?;
+        State::at(folder)
+    }
+
+    /// Returns the folder at a path, creating it if necessary.
+    pub fn at(folder: PathBuf) -> io::Result<State> {
+        #[cfg_attr(not(unix), expect(unused_mut, reason = "the mode is of Unix"))]
+        let mut builder = fs::DirBuilder::new();
+        #[cfg(unix)]
+        std::os::unix::fs::DirBuilderExt::mode(&mut builder, 0o700);
+        builder.recursive(true).create(&folder)?;
+        Ok(State { folder })
+    }
+
+    /// Returns the contents of a file of at most `most` bytes, or `None` if it does not exist or may not be trusted.
+    pub fn read(&self, name: &str, most: u64) -> Option<Vec<u8>> {
+        let path = self.folder.join(name);
+        if !fs::symlink_metadata(&path).ok()?.is_file() {
+            return None;
+        }
+        let file = fs::File::open(&path).ok()?;
+        // In the meantime, a different file may have been moved to this name: what counts is the opened one.
+        let about = file.metadata().ok()?;
+        if !about.is_file() || about.len() > most || !self.is_private(&about).ok()? {
+            return None;
+        }
+        let mut bytes = Vec::new();
+        file.take(most).read_to_end(&mut bytes).ok()?;
+        Some(bytes)
+    }
+
+    /// Writes a file as a whole, or leaves it as it was. A link with this name is replaced, not followed.
+    pub fn write(&self, name: &str, bytes: &[u8]) -> io::Result<()> {
+        // Temporary files are created for their owner alone.
+        let mut file = tempfile::NamedTempFile::new_in(&self.folder)?;
+        file.write_all(bytes)?;
+        file.persist(self.folder.join(name)).map_err(|e| e.error)?;
+        Ok(())
+    }
+
+    /// Removes a file if it exists.
+    pub fn remove(&self, name: &str) -> io::Result<()> {
+        match fs::remove_file(self.folder.join(name)) {
+            Err(e) if e.kind() != io::ErrorKind::NotFound => Err(e),
+            _ => Ok(()),
+        }
+    }
+
+    /// Returns whether a file belongs to this user, and to nobody else.
+    #[cfg(unix)]
+    fn is_private(&self, about: &fs::Metadata) -> io::Result<bool> {
+        use std::os::unix::fs::MetadataExt;
+        // A new file belongs to the user of this process.
+        let own = tempfile::tempfile_in(&self.folder)?.metadata()?.uid();
+        Ok(about.uid() == own && about.mode() & 0o077 == 0)
+    }
+    #[cfg(not(unix))]
+    fn is_private(&self, _: &fs::Metadata) -> io::Result<bool> {
+        Ok(true)
+    }
+}
+
+fn folder_of(variable: impl Fn(&str) -> Option<OsString>) -> Option<PathBuf> {
+    // A relative path would depend on the working folder.
+    let folder = |name: &str| variable(name).map(PathBuf::from).filter(|p: &PathBuf| Path::is_absolute(p));
+    let state = folder("XDG_STATE_HOME").or_else(|| match cfg!(windows) {
+        true => folder("LOCALAPPDATA"),
+        false => Some(folder("HOME")?.join(".local/state")),
+    })?;
+    Some(state.join("tatu"))
+}
+
+#[cfg(all(test, unix))]
+mod tests {
+    use std::os::unix::fs::{PermissionsExt, symlink};
+
+    use super::*;
+
+    fn mode(path: &Path) -> u32 {
+        fs::metadata(path).unwrap().permissions().mode() & 0o777
+    }
+
+    #[test]
+    fn the_folder_is_absolute() {
+        let of = |all: &[(&str, &str)]| {
+            folder_of(|name| all.iter().find(|(n, _)| *n == name).map(|(_, value)| OsString::from(value)))
+        };
+        assert_eq!(of(&[]), None);
+        assert_eq!(of(&[("HOME", "/h")]), Some(PathBuf::from("/h/.local/state/tatu")));
+        assert_eq!(of(&[("HOME", "/h"), ("XDG_STATE_HOME", "/s")]), Some(PathBuf::from("/s/tatu")));
+        assert_eq!(of(&[("HOME", "/h"), ("XDG_STATE_HOME", "s")]), Some(PathBuf::from("/h/.local/state/tatu")));
+    }
+
+    #[test]
+    fn files_are_for_their_owner_alone() {
+        let place = tempfile::tempdir().unwrap();
+        let state = State::at(place.path().join("a/tatu")).unwrap();
+        assert_eq!(state.read("x", 10), None);
+        state.write("x", b"one").unwrap();
+        state.write("x", b"two").unwrap();
+        assert_eq!(state.read("x", 10).unwrap(), b"two");
+        assert_eq!(state.read("x", 2), None, "it is too large");
+        let file = place.path().join("a/tatu/x");
+        assert_eq!((mode(&file), mode(file.parent().unwrap())), (0o600, 0o700));
+        for bits in [0o640, 0o604, 0o620] {
+            fs::set_permissions(&file, PermissionsExt::from_mode(bits)).unwrap();
+            assert_eq!(state.read("x", 10), None, "{bits:o}");
+        }
+        state.remove("x").unwrap();
+        state.remove("x").unwrap();
+        assert!(!file.exists());
+    }
+
+    #[test]
+    fn links_are_replaced_and_not_followed() {
+        let place = tempfile::tempdir().unwrap();
+        let state = State::at(place.path().join("tatu")).unwrap();
+        let other = place.path().join("other");
+        fs::write(&other, "theirs").unwrap();
+        fs::set_permissions(&other, PermissionsExt::from_mode(0o600)).unwrap();
+        symlink(&other, place.path().join("tatu/x")).unwrap();
+        assert_eq!(state.read("x", 10), None);
+        state.write("x", b"own").unwrap();
+        assert_eq!(fs::read_to_string(&other).unwrap(), "theirs");
+        assert_eq!(state.read("x", 10).unwrap(), b"own");
+    }
+}

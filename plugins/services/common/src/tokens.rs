@@ -1,0 +1,110 @@
+//! The tokens of a listener. Those of a fixed port are kept from one run to the next, so that a page whose program was
+//! started again can connect without a new address.
+
+use std::io;
+
+use crate::state::State;
+
+/// Bytes of a token, before they are written in hexadecimal.
+const BYTES: usize = 16;
+/// Most bytes of a file of tokens.
+const MOST: u64 = 1 << 10;
+
+/// The tokens for full rights and for read-only rights.
+pub type Tokens = [String; 2];
+
+/// Creates a random text that cannot be guessed.
+pub fn token() -> io::Result<String> {
+    let mut bytes = [0; BYTES];
+    getrandom::fill(&mut bytes).map_err(|e| io::Error::other(format!("random numbers are not available: {e}")))?;
+    Ok(bytes.iter().map(|b| format!("{b:02x}")).collect())
+}
+
+/// Creates both tokens.
+pub(crate) fn new() -> io::Result<Tokens> {
+    Ok([token()?, token()?])
+}
+
+/// Returns the tokens kept for a port; without any, creates and keeps them. If they cannot be kept, the tokens are new,
+/// and the error says why.
+pub(crate) fn kept(state: io::Result<State>, port: u16) -> io::Result<(Tokens, Option<io::Error>)> {
+    let name = format!("port-{port}.tokens");
+    let state = match state {
+        Ok(state) => state,
+        Err(e) => return Ok((new()?, Some(e))),
+    };
+    if let Some(tokens) = state.read(&name, MOST).and_then(parse) {
+        return Ok((tokens, None));
+    }
+    let tokens = new()?;
+    let written = state.write(&name, format!("{}\n{}\n", tokens[0], tokens[1]).as_bytes());
+    Ok((tokens, written.err()))
+}
+
+/// Reads a file of tokens: both, each on a line.
+fn parse(bytes: Vec<u8>) -> Option<Tokens> {
+    let text = String::from_utf8(bytes).ok()?;
+    let is_token = |line: &str| line.len() == 2 * BYTES && line.bytes().all(|b| b.is_ascii_hexdigit());
+    let mut lines = text.lines();
+    let tokens = [lines.next()?.to_owned(), lines.next()?.to_owned()];
+    // With equal tokens, viewers could act.
+    (lines.next().is_none() && tokens.iter().all(|t| is_token(t)) && tokens[0] != tokens[1]).then_some(tokens)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn each_port_keeps_its_own_tokens() {
+        let place = tempfile::tempdir().unwrap();
+        let of = |port| kept(State::at(place.path().join("tatu")), port).unwrap();
+        let (first, error) = of(8000);
+        assert!(error.is_none());
+        assert_eq!(of(8000).0, first);
+        assert_ne!(of(8001).0, first);
+        assert_eq!(of(8000).0, first);
+    }
+
+    #[test]
+    fn damaged_tokens_are_made_anew() {
+        let place = tempfile::tempdir().unwrap();
+        let state = State::at(place.path().join("tatu")).unwrap();
+        let of = || kept(Ok(state.clone()), 8000).unwrap().0;
+        let a = "0".repeat(32);
+        for text in [String::new(), a.clone(), format!("{a}\n{a}\n"), format!("{a}\nshort\n"), "x".repeat(2000)] {
+            state.write("port-8000.tokens", text.as_bytes()).unwrap();
+            let tokens = of();
+            assert!(tokens[0] != a && tokens[0].len() == 32, "{text}: {tokens:?}");
+            assert_eq!(of(), tokens);
+        }
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn tokens_that_others_may_know_are_made_anew() {
+        use std::os::unix::fs::PermissionsExt;
+        let place = tempfile::tempdir().unwrap();
+        let of = || kept(State::at(place.path().join("tatu")), 8000).unwrap().0;
+        let first = of();
+        let file = place.path().join("tatu/port-8000.tokens");
+        std::fs::set_permissions(&file, PermissionsExt::from_mode(0o644)).unwrap();
+        let second = of();
+        assert_ne!(second, first);
+        assert_eq!(std::fs::metadata(&file).unwrap().permissions().mode() & 0o777, 0o600);
+        let moved = place.path().join("elsewhere");
+        std::fs::rename(&file, &moved).unwrap();
+        std::os::unix::fs::symlink(&moved, &file).unwrap();
+        let third = of();
+        assert_ne!(third, second);
+        assert!(std::fs::symlink_metadata(&file).unwrap().is_file());
+        assert!(std::fs::read_to_string(&moved).unwrap().starts_with(&second[0]));
+    }
+
+    #[test]
+    fn without_a_folder_tokens_are_new() {
+        let (first, error) = kept(Err(io::ErrorKind::NotFound.into()), 8000).unwrap();
+        assert!(error.is_some());
+        assert_ne!(kept(Err(io::ErrorKind::NotFound.into()), 8000).unwrap().0, first);
+    }
+}

@@ -1,0 +1,25 @@
+// The banner that says why there is no connection, and what to do.
+
+import { on } from "tatu/net";
+import { line } from "tatu/output";
+import { changed } from "tatu/store";
+
+const banner = document.getElementById("lost");
+const here = location.host;
+const WHY = {
+  gone: `No program answers at ${here}. This page connects by itself when the program is started again there: tatu open --port ${location.port}`,
+  other: `Another program answers at ${here}. Open the address that Tatu prints.`,
+  old: `The program is there, but this address is old. Open the address that it prints.`,
+};
+
+on("lost", (why) => {
+  // Screen readers read each new text.
+  if (banner.textContent !== WHY[why]) banner.textContent = WHY[why];
+  banner.hidden = false;
+});
+on("connected", () => { banner.hidden = true; });
+on("again", ({ restarted }) => {
+  if (!restarted) return;
+  if (!document.getElementById("unsaved").hidden) line("Status", "the program was started again: changes of the scene that were in no file are lost", "warning");
+  changed(false);
+});

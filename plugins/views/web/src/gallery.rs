@@ -1,0 +1,199 @@
+//! The scenes that the page offers: recent ones, those in the working folder and its folders `scenes` and `models`, and
+//! those that come with the program.
+
+use std::{
+    collections::BTreeSet,
+    io::Read,
+    path::{Component, Path, PathBuf},
+};
+
+use base64::{Engine, engine::general_purpose::STANDARD};
+use serde_json::{Value as Json, json};
+use tatu_plugin_api::safe::{folders_beside, open_plain, read_plain};
+
+/// Most files of a section.
+const MOST_FILES: usize = 500;
+/// Depth of folders that are searched.
+const DEPTH: usize = 3;
+/// Limits on the size of a scene file whose first comment is read, and on the comment.
+const MOST_SCENE: u64 = 256 << 20;
+const MOST_ABOUT: u64 = 4 << 10;
+/// Most bytes of the image of a scene.
+pub(crate) const MOST_PICTURE: u64 = 64 << 10;
+/// Folders with scenes, in the working folder and with the program.
+const SCENES: &str = "scenes";
+const MODELS: &str = "models";
+/// The scene that shows a model.
+const DEMO: &str = "demo.toml";
+/// Beginning of the sentence, in the first comment of a scene, that says what to try.
+const TRY: &str = "Try:";
+
+/// Returns the list for the page. `recent` has scenes, the last one first, each with an image that replaces its own.
+pub(crate) fn list(recent: &[(PathBuf, Option<Vec<u8>>)]) -> Json {
+    let program = program();
+    let mut out: Vec<Json> = Vec::new();
+    for (path, picture) in recent.iter().filter(|(path, _)| is_scene(path)) {
+        out.push(card("recent", path, &path.to_string_lossy(), picture.as_deref()));
+    }
+    let known: BTreeSet<PathBuf> = program.iter().filter_map(|folder| folder.canonicalize().ok()).collect();
+    for path in own(&known) {
+        let name = path.strip_prefix(".").unwrap_or(&path);
+        out.push(card("own", name, &name.to_string_lossy(), None));
+    }
+    for path in program.iter().flat_map(|folder| below(folder, &BTreeSet::new())).filter(|p| is_of_program(p)) {
+        out.push(card("program", &path, &path.to_string_lossy(), None));
+    }
+    let folder = std::env::current_dir().ok();
+    let folder = folder.as_deref().and_then(Path::file_name).map(|name| name.to_string_lossy().into_owned());
+    json!({ "files": out, "folder": folder.unwrap_or_default() })
+}
+
+/// Returns whether a scene comes with the program: the page may open it, wherever it is.
+pub(crate) fn comes_with_program(path: &Path) -> bool {
+    path.components().all(|part| part != Component::ParentDir)
+        && program().iter().any(|folder| path.starts_with(folder))
+        && is_scene(path)
+        && is_of_program(path)
+}
+
+/// Returns whether a path is a scene file. Pipes, devices and folders with such an extension cannot be opened.
+pub(crate) fn is_scene(path: &Path) -> bool {
+    path.is_file() && matches!(path.extension().and_then(|e| e.to_str()), Some("ttt" | "ttm" | "urdf" | "toml"))
+}
+
+/// Of a model that comes with the program, only its demonstration is a scene.
+fn is_of_program(path: &Path) -> bool {
+    let mut above = path.ancestors().skip(2);
+    above.next().and_then(Path::file_name).is_none_or(|name| name != MODELS) || path.ends_with(DEMO)
+}
+
+/// Returns the folders with scenes that come with the program and exist.
+fn program() -> Vec<PathBuf> {
+    let Ok(program) = std::env::current_exe() else { return Vec::new() };
+    let both = [SCENES, MODELS].iter().flat_map(|name| folders_beside(&program, name));
+    both.filter(|folder| folder.is_dir()).collect()
+}
+
+/// Returns the scenes of the working folder, without folders that are `known`.
+fn own(known: &BTreeSet<PathBuf>) -> Vec<PathBuf> {
+    let here = sorted(Path::new("."));
+    // Next to `scenes`, other files have this extension.
+    let mut out: Vec<PathBuf> =
+        here.into_iter().filter(|p| is_scene(p) && p.extension().is_some_and(|e| e != "toml")).collect();
+    for name in [SCENES, MODELS] {
+        out.extend(below(&Path::new(".").join(name), known));
+    }
+    out.truncate(MOST_FILES);
+    out
+}
+
+/// Returns the scenes in a folder and in those in it, without folders that are `known`.
+fn below(folder: &Path, known: &BTreeSet<PathBuf>) -> Vec<PathBuf> {
+    let mut out = Vec::new();
+    let mut open = vec![(folder.to_owned(), 1)];
+    while let Some((folder, depth)) = open.pop() {
+        // A link may lead back to a folder above it.
+        if folder.is_symlink() || folder.canonicalize().is_ok_and(|real| known.contains(&real)) {
+            continue;
+        }
+        for path in sorted(&folder) {
+            if path.is_dir() && depth < DEPTH {
+                open.push((path, depth + 1));
+            } else if is_scene(&path) && out.len() < MOST_FILES {
+                out.push(path);
+            }
+        }
+    }
+    out
+}
+
+/// Returns the visible entries of a folder.
+fn sorted(folder: &Path) -> Vec<PathBuf> {
+    let entries = std::fs::read_dir(folder).into_iter().flatten().flatten().map(|e| e.path());
+    let is_visible = |p: &PathBuf| p.file_name().is_some_and(|n| !n.to_string_lossy().starts_with('.'));
+    let mut entries: Vec<_> = entries.filter(is_visible).collect();
+    entries.sort();
+    entries
+}
+
+/// Returns what the page shows of a scene; `file` is the name by which the page opens it.
+fn card(section: &str, path: &Path, file: &str, picture: Option<&[u8]>) -> Json {
+    let comment = beginning(path).map(|text| Comment::read(&text)).unwrap_or_default();
+    let picture = picture.map(<[u8]>::to_vec).or_else(|| read_plain(&path.with_extension("png"), MOST_PICTURE).ok());
+    let picture = picture.filter(|bytes| is_png(bytes)).map(|bytes| STANDARD.encode(bytes));
+    json!({ "in": section, "file": file, "about": comment.about, "try": comment.to_try, "picture": picture })
+}
+
+/// Returns whether bytes begin as a PNG does.
+pub(crate) fn is_png(bytes: &[u8]) -> bool {
+    bytes.starts_with(b"\x89PNG\r\n\x1a\n")
+}
+
+/// Returns the beginning of a scene file, as text.
+fn beginning(scene: &Path) -> Option<String> {
+    let mut bytes = Vec::new();
+    open_plain(scene, MOST_SCENE).ok()?.take(MOST_ABOUT).read_to_end(&mut bytes).ok()?;
+    // The last line may be incomplete.
+    let whole = bytes.iter().rposition(|b| *b == b'\n').map_or(bytes.len(), |end| end + 1);
+    std::str::from_utf8(&bytes[..whole]).ok().map(str::to_owned)
+}
+
+/// The comment at the beginning of a scene file.
+#[derive(Debug, Default, PartialEq)]
+struct Comment {
+    /// What the scene is: the first paragraph.
+    about: String,
+    /// What to try in the page: from `Try:` to the end of a paragraph.
+    to_try: String,
+}
+
+impl Comment {
+    fn read(text: &str) -> Comment {
+        let lines: Vec<&str> =
+            text.lines().take_while(|l| l.starts_with('#')).map(|l| l.trim_start_matches('#').trim()).collect();
+        let mut out = Comment::default();
+        for (n, paragraph) in lines.split(|l| l.is_empty()).enumerate() {
+            let at = paragraph.iter().position(|l| l.starts_with(TRY)).unwrap_or(paragraph.len());
+            if n == 0 {
+                out.about = paragraph[..at].join(" ");
+            }
+            if at < paragraph.len() && out.to_try.is_empty() {
+                out.to_try = paragraph[at..].join(" ")[TRY.len()..].trim().to_owned();
+            }
+        }
+        out
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn comments_say_what_a_scene_is_and_what_to_try() {
+        let read = |text: &str| {
+            let Comment { about, to_try } = Comment::read(text);
+            (about, to_try)
+        };
+        let both = |about: &str, to_try: &str| (about.to_owned(), to_try.to_owned());
+        assert_eq!(read("# A ball\n# rolls.\nformat = 1\n"), both("A ball rolls.", ""));
+        assert_eq!(read("# A ball.\n# Try: push\n# it.\n#\n# What to try:\n"), both("A ball.", "push it."));
+        assert_eq!(read("# A ball.\n#\n# Try: push it.\n# Try: or not.\n"), both("A ball.", "push it. Try: or not."));
+        assert_eq!(read("#Try: push it.\n"), both("", "push it."));
+        assert_eq!(read("format = 1\n# Try: push it.\n"), both("", ""));
+        assert_eq!(read(""), both("", ""));
+    }
+
+    #[test]
+    fn every_scene_of_the_program_says_what_to_try() {
+        let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../..");
+        let scenes: Vec<_> =
+            ["scenes", "models"].iter().flat_map(|name| below(&root.join(name), &BTreeSet::new())).collect();
+        let scenes: Vec<_> = scenes.into_iter().filter(|p| is_of_program(p)).collect();
+        assert!(scenes.len() > 15 && !scenes.iter().any(|p| p.ends_with("model.toml")), "{scenes:?}");
+        for scene in scenes {
+            let comment = Comment::read(&beginning(&scene).unwrap());
+            assert!(!comment.about.is_empty() && !comment.to_try.is_empty(), "{}: {comment:?}", scene.display());
+        }
+    }
+}
