@@ -176,6 +176,9 @@ pub struct Serve {
     /// Run in real time; a page sets its own pace.
     #[arg(long)]
     pub realtime: bool,
+    /// Write what clients do to the first scene until its first stop, for `tatu run --replay`.
+    #[arg(long, value_name = "FILE")]
+    pub log: Option<PathBuf>,
     /// Seconds of real time after which a plugin call that has not returned ends the program; 0: never.
     #[arg(long, value_name = "S", default_value_t = 60.0, value_parser = seconds)]
     pub watchdog: f64,

@@ -16,9 +16,11 @@ use tatu_core::{
     document::{Document, Sources},
     errors::Error,
     plugins::Registry,
+    session::file::{Header, Writer},
 };
 use tatu_plugin_api::abi::*;
 
+use super::run::{LogFile, write_log};
 use crate::{
     addons,
     args::{Open, Serve},
@@ -73,6 +75,7 @@ fn start(args: &Serve, watchdog: &Watchdog) -> Result<ExitCode, Error> {
     });
     session.interrupt_by(interrupted.clone());
     let mut failed = false;
+    let mut log = None;
     let (mut scene, mut starts) = (args.scene.clone(), false);
     let mut before = None;
     loop {
@@ -97,7 +100,11 @@ fn start(args: &Serve, watchdog: &Watchdog) -> Result<ExitCode, Error> {
         world.take_scenes(reader(args, scene.clone(), &registry));
         world.set_interactive(true);
         session.join(&world);
-        let next = live(args, &world, &session, &interrupted, starts);
+        if let Some(file) = args.log.as_deref().filter(|_| log.is_none()) {
+            log = Some(SessionLog::create(file, args, &world)?);
+        }
+        let next = live(args, &world, &session, (&interrupted, &mut log), starts);
+        log.iter_mut().for_each(|log| log.end(&world));
         failed |= !world.faults().is_empty();
         world.stop();
         world.end();
@@ -174,7 +181,7 @@ fn live(
     args: &Serve,
     world: &World,
     session: &Session,
-    interrupted: &AtomicBool,
+    (interrupted, log): (&AtomicBool, &mut Option<SessionLog>),
     mut starts: bool,
 ) -> Option<NextScene> {
     // The input log is not requested here, and would grow without bound.
@@ -186,7 +193,7 @@ fn live(
             return None;
         }
         if started {
-            run(args, world, interrupted);
+            run(args, world, (interrupted, log));
         }
         if let Some(next) = world.next_scene() {
             return Some(next);
@@ -199,7 +206,7 @@ fn live(
 }
 
 /// Runs from a start to a stop.
-fn run(args: &Serve, world: &World, interrupted: &AtomicBool) {
+fn run(args: &Serve, world: &World, (interrupted, log): (&AtomicBool, &mut Option<SessionLog>)) {
     world.start();
     let began = Instant::now();
     while world.phase() != Phase::Stopped {
@@ -215,7 +222,31 @@ fn run(args: &Serve, world: &World, interrupted: &AtomicBool) {
             }
         }
         world.step();
+        if world.stop_requested() {
+            log.iter_mut().for_each(|log| log.end(world));
+        }
         tell(world);
+    }
+}
+
+/// The input log of the first scene, until its first stop.
+struct SessionLog(LogFile);
+
+impl SessionLog {
+    fn create(file: &Path, args: &Serve, world: &World) -> Result<Self, Error> {
+        let c = &args.changes;
+        let mut header = Header::new(&world.document(), &world.registry(), c.seed, c.set.clone(), c.scripts.clone());
+        header.session = true;
+        let log = write_log(world, Writer::create(file, &header)?);
+        world.input_log_mut().log_session();
+        Ok(SessionLog(log))
+    }
+    /// Writes the end, once.
+    fn end(&mut self, world: &World) {
+        let Some(log) = self.0.borrow_mut().take() else { return };
+        if let Err(e) = log.end(world.steps(), true, &world.files_opened(), world.hash().total) {
+            report::lost(&e);
+        }
     }
 }
 

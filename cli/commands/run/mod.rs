@@ -170,7 +170,10 @@ fn start(args: &Run, watchdog: &Watchdog) -> Result<Ready, Error> {
     let one_more_barrier = args.steps.is_none() && args.seconds.is_none() && replay.as_ref().is_some_and(|l| l.begun);
     let logged = replay.as_ref().and_then(|log| log.end.zip(log.hash));
     if let Some(log) = replay {
-        world.feed(log.records.into());
+        match log.header.session {
+            true => world.feed_session(log.records.into()),
+            false => world.feed(log.records.into()),
+        }
     }
     Ok(Ready { world, registry, session, log, steps, logged, one_more_barrier, snapshots, reload })
 }
@@ -353,7 +356,7 @@ fn pass(
 }
 
 /// Records outside input in the log. A failure is reported once, and the run continues.
-fn write_log(world: &World, log: file::Writer) -> LogFile {
+pub(super) fn write_log(world: &World, log: file::Writer) -> LogFile {
     let log = Rc::new(RefCell::new(Some(log)));
     let file = log.clone();
     world.input_log_mut().hand_to(move |record| {
@@ -367,7 +370,7 @@ fn write_log(world: &World, log: file::Writer) -> LogFile {
 }
 
 /// The input log; `None` after writing has failed.
-type LogFile = Rc<RefCell<Option<file::Writer>>>;
+pub(super) type LogFile = Rc<RefCell<Option<file::Writer>>>;
 
 /// Creates a progress bar, which is shown only on a terminal and for runs that last longer than a moment.
 fn progress(args: &Run, steps: Option<u64>) -> ProgressBar {

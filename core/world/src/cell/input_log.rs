@@ -78,6 +78,8 @@ pub struct InputLog {
     next: (u64, u64),
     /// Whether records are discarded.
     off: bool,
+    /// Whether records from before the start belong to the log.
+    session: bool,
     sink: Option<Sink>,
 }
 
@@ -98,6 +100,14 @@ impl InputLog {
     pub fn hand_to(&mut self, sink: impl FnMut(&Record) + 'static) {
         self.sink = Some(Box::new(sink));
     }
+    /// Makes records from before the start part of the log.
+    pub fn log_session(&mut self) {
+        self.session = true;
+    }
+    /// Returns whether records from before the start are part of the log.
+    pub(crate) fn is_session(&self) -> bool {
+        self.session && !self.is_idle()
+    }
     /// Restores the records made before a snapshot.
     pub(crate) fn restore(&mut self, records: Vec<Record>) {
         self.next = records.last().map_or((0, 0), |r| (r.step, r.at + 1));
@@ -107,8 +117,10 @@ impl InputLog {
         self.off && self.sink.is_none()
     }
     pub(crate) fn clear(&mut self) {
-        self.records.clear();
-        self.next = (0, 0);
+        if !self.session {
+            self.records.clear();
+            self.next = (0, 0);
+        }
     }
     pub(crate) fn push(&mut self, step: u64, service: String, client: u64, input: Input) {
         if self.is_idle() {
@@ -137,15 +149,24 @@ pub struct Replay {
     observed: usize,
     /// Index from which to search for the next result of a client function.
     functions: usize,
+    /// Index of the first record of the run.
+    run: usize,
 }
 
 impl Replay {
     /// Starts at the first record.
     pub(crate) fn new(records: Arc<[Record]>) -> Self {
-        Replay { records, next: 0, observed: 0, functions: 0 }
+        Replay { records, next: 0, observed: 0, functions: 0, run: 0 }
     }
     pub(crate) fn rewind(&mut self) {
-        (self.next, self.observed, self.functions) = (0, 0, 0);
+        (self.next, self.observed, self.functions) = (self.run, self.run, self.run);
+    }
+    /// Returns the next input before the one that starts the simulation, which is passed over.
+    pub(crate) fn next_before_start(&mut self) -> Option<Record> {
+        let record = self.records.get(self.next)?;
+        self.next += 1;
+        self.run = self.next;
+        (record.input != Input::Request(TATU_REQUEST_START)).then(|| record.clone())
     }
     pub(crate) fn next_at(&mut self, step: u64) -> Option<Record> {
         loop {

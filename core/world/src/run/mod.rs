@@ -190,6 +190,11 @@ impl World {
     pub fn feed(&self, records: Arc<[Record]>) {
         barrier::log::attach(&self.cell, records);
     }
+    /// Attaches an input log that begins when the scene was opened, and repeats what happened before the
+    /// simulation was started.
+    pub fn feed_session(&self, records: Arc<[Record]>) {
+        barrier::log::feed_session(&self.cell, records);
+    }
     /// Returns the files that scripts or plugins have asked to read since the start, by the names given. Their contents
     /// are not part of the input log.
     pub fn files_opened(&self) -> Vec<String> {

@@ -138,8 +138,7 @@ pub(crate) fn rest(world: &WorldCell, session: &SessionCell) -> bool {
         if asked & START != 0 {
             return true;
         }
-        world.state.rested.set(true);
-        step::idle(world);
+        log::idle(world);
         session.wake.sleep(SLICE);
     }
     false

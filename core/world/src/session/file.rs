@@ -48,6 +48,9 @@ pub struct Header {
     /// Add-ons that ran, in order; their files are in `files`.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub addons: Vec<AddonEntry>,
+    /// Whether the log begins when the scene was opened, with what clients did before they started the simulation.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub session: bool,
     /// Plugins that were loaded, except those that offer only services, which a replay does not start.
     pub plugins: Vec<PluginVersion>,
     /// Every file that the document was read from.
@@ -109,6 +112,7 @@ impl Header {
             scripts,
             stand_ins: None,
             addons: Vec::new(),
+            session: false,
             plugins: versions(registry),
             files: files.collect(),
         }

@@ -64,6 +64,26 @@ pub(crate) fn feed(world: &WorldCell) {
     }
 }
 
+/// Repeats the inputs from before the start, if the attached log begins when the scene was opened.
+pub(crate) fn feed_session(world: &WorldCell, records: Arc<[Record]>) {
+    attach(world, records);
+    loop {
+        let Some(record) = world.run.outside.replay.borrow_mut().as_mut().and_then(Replay::next_before_start) else { break };
+        feed_one(world, record);
+    }
+}
+
+/// Records a pass of scripts while the simulation is stopped, if any script could notice it and the log is one of the
+/// whole session.
+pub(crate) fn idle(world: &WorldCell) {
+    let callbacks = [Callback::NonSimulation, Callback::Thread, Callback::Run];
+    if world.run.outside.log.borrow().is_session() && callbacks.iter().any(|c| Scripts::any_has(world, *c)) {
+        record_of(world, String::new(), Input::Pass);
+    }
+    world.state.rested.set(true);
+    step::idle(world);
+}
+
 /// Repeats the inputs before an index of the log.
 pub(crate) fn feed_until(world: &WorldCell, place: usize) {
     loop {
@@ -85,6 +105,7 @@ fn feed_one(world: &WorldCell, record: Record) {
             apply(world, what);
         }
         Input::Event { kind, text } => put_in(world, &kind, &text),
+        Input::Pass if !world.running() => idle(world),
         Input::Pass => stand(world),
         // The code that made the observation requests it at that point.
         Input::Observed { .. } => {}
