@@ -56,4 +56,4 @@ tatu run scenes/first/pioneer_draws_its_path.toml --seconds 60 --graphs "$graphs
 mv "$graphs/Drive.png" $images/drive.png
 
 # page.png and window.png: the page as a browser shows it; needs Chromium, and npm at the build.
-cargo test --test program -- --ignored page::picture_
+cargo test --test program -- --ignored page::pictures

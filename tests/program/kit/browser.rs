@@ -116,11 +116,69 @@ impl Page {
         self.js(&format!("document.querySelector({selector:?}).click()"));
     }
 
+    /// Returns the middle of an element, in pixels of the page.
+    pub fn middle(&mut self, selector: &str) -> [f64; 2] {
+        let found = self.js(&format!(
+            "(() => {{ const e = document.querySelector({selector:?}); e.scrollIntoView({{ block: 'nearest' }}); \
+             const b = e.getBoundingClientRect(); return [b.left + b.width / 2, b.top + b.height / 2]; }})()"
+        ));
+        [0, 1].map(|i| found[i].as_f64().unwrap_or_else(|| panic!("{selector}: {found}")))
+    }
+
+    /// Moves, presses or releases the mouse: `mouseMoved`, `mousePressed` or `mouseReleased`.
+    pub fn mouse(&mut self, kind: &str, [x, y]: [f64; 2], clicks: u32, shift: bool) {
+        let buttons = u32::from(kind != "mouseReleased" && clicks > 0);
+        let button = if clicks > 0 { "left" } else { "none" };
+        let params = json!({
+            "type": kind, "x": x, "y": y, "button": button, "buttons": buttons, "clickCount": clicks,
+            "modifiers": if shift { 8 } else { 0 },
+        });
+        self.send("Input.dispatchMouseEvent", params);
+    }
+
+    /// Clicks at a place with the mouse; `clicks` in a row.
+    pub fn click_at(&mut self, at: [f64; 2], clicks: u32) {
+        self.mouse("mouseMoved", at, 0, false);
+        for n in 1..=clicks {
+            self.mouse("mousePressed", at, n, false);
+            self.mouse("mouseReleased", at, n, false);
+        }
+    }
+
+    /// Clicks an element with the mouse.
+    pub fn click_on(&mut self, selector: &str) {
+        let at = self.middle(selector);
+        self.click_at(at, 1);
+    }
+
+    /// Presses the mouse at a place and moves it to another one, in steps; it stays pressed.
+    pub fn drag(&mut self, from: [f64; 2], to: [f64; 2], shift: bool) {
+        const STEPS: u32 = 12;
+        self.mouse("mouseMoved", from, 0, shift);
+        self.mouse("mousePressed", from, 1, shift);
+        for i in 1..=STEPS {
+            let part = f64::from(i) / f64::from(STEPS);
+            let at = [0, 1].map(|k| from[k] + part * (to[k] - from[k]));
+            self.mouse("mouseMoved", at, 1, shift);
+        }
+    }
+
+    /// Enters text where the focus is.
+    pub fn enter(&mut self, text: &str) {
+        self.send("Input.insertText", json!({ "text": text }));
+    }
+
+    /// Presses a key down, or lets it go; `modifiers`: 2 for Ctrl, 8 for Shift.
+    pub fn key_event(&mut self, kind: &str, key: &str, code: u32, modifiers: u32) {
+        let params =
+            json!({ "type": kind, "key": key, "code": key, "windowsVirtualKeyCode": code, "modifiers": modifiers });
+        self.send("Input.dispatchKeyEvent", params);
+    }
+
     /// Presses a key.
     pub fn key(&mut self, key: &str, code: u32) {
         for kind in ["keyDown", "keyUp"] {
-            let params = json!({ "type": kind, "key": key, "code": key, "windowsVirtualKeyCode": code });
-            self.send("Input.dispatchKeyEvent", params);
+            self.key_event(kind, key, code, 0);
         }
     }
 

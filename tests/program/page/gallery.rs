@@ -3,7 +3,7 @@
 use serde_json::{Value, json};
 use tungstenite::Message;
 
-use super::web::{Served, next};
+use super::program::{Served, next};
 use crate::kit::{
     browser::{Page, browser},
     *,
@@ -29,12 +29,12 @@ fn scenes_of_the_program_open_from_any_folder() {
     let place = place();
     let served = served(&place);
     let mut socket = served.socket();
-    let look = next(&mut socket, "hello")["hello"]["look"].as_str().unwrap().to_owned();
+    let look = next(&mut socket, "hello")["look"].as_str().unwrap().to_owned();
     let mut say = |message: Value, key: &str| {
         socket.send(Message::text(message.to_string())).unwrap();
         next(&mut socket, key)
     };
-    let list = say(json!({ "files": true }), "files");
+    let list = say(json!({ "type": "files" }), "files");
     assert_eq!(list["folder"], "work");
     let files = list["files"].as_array().unwrap();
     assert_eq!(
@@ -51,18 +51,18 @@ fn scenes_of_the_program_open_from_any_folder() {
     place.write("state/other.toml", "format = 1\n");
     let up = format!("{}/../../state/other.toml", root().join("scenes").display());
     for bad in [other.to_str().unwrap(), &up, "../state/other.toml"] {
-        assert!(say(json!({ "open": bad, "id": 1 }), "of")["error"].is_string(), "{bad}");
+        assert!(say(json!({ "type": "open", "file": bad, "id": 1 }), "error")["error"].is_string(), "{bad}");
     }
-    let opened = say(json!({ "open": card["file"], "id": 2 }), "scene");
-    assert_eq!(opened["scene"]["file"], card["file"]);
-    assert!(opened["scene"]["objects"].as_array().unwrap().len() > 5);
+    let opened = say(json!({ "type": "open", "file": card["file"], "id": 2 }), "scene");
+    assert_eq!(opened["file"], card["file"]);
+    assert!(opened["objects"].as_array().unwrap().len() > 5);
     // The scene is a recent one now; viewers do not learn this.
-    let list = say(json!({ "files": true }), "files");
+    let list = say(json!({ "type": "files" }), "files");
     assert_eq!((&list["files"][0]["in"], &list["files"][0]["file"]), (&json!("recent"), &card["file"]));
     let mut eye = tungstenite::connect(look.replace("http", "ws").replace("/?", "/ws?")).unwrap().0;
-    eye.send(Message::text(json!({ "files": true }).to_string())).unwrap();
+    eye.send(Message::text(json!({ "type": "files" }).to_string())).unwrap();
     assert!(next(&mut eye, "files")["files"].as_array().unwrap().iter().all(|f| f["in"] != "recent"));
-    eye.send(Message::text(json!({ "open": card["file"] }).to_string())).unwrap();
+    eye.send(Message::text(json!({ "type": "open", "file": card["file"], "id": 1 }).to_string())).unwrap();
     assert!(next(&mut eye, "error")["error"].as_str().unwrap().contains("may only view"));
     // A recent scene opens from any folder.
     drop(served);
@@ -78,10 +78,10 @@ fn scenes_of_the_program_open_from_any_folder() {
         socket.send(Message::text(message.to_string())).unwrap();
         next(&mut socket, key)
     };
-    let list = say(json!({ "files": true }), "files");
+    let list = say(json!({ "type": "files" }), "files");
     let recent = list["files"][0]["file"].as_str().unwrap().to_owned();
     assert!(recent.ends_with("elsewhere/other.toml") && list["files"][1]["file"] == card["file"], "{list}");
-    assert_eq!(say(json!({ "open": recent, "id": 3 }), "result")["result"], json!([]));
+    assert_eq!(say(json!({ "type": "open", "file": recent, "id": 3 }), "result")["results"], json!([]));
 }
 
 #[test]
@@ -110,7 +110,7 @@ fn a_scene_is_found_opened_and_pictured() {
     page.click("#gallery");
     page.until(&format!("{headings}[0] === 'Recent'"));
     let mut socket = served.socket();
-    socket.send(Message::text(json!({ "files": true }).to_string())).unwrap();
+    socket.send(Message::text(json!({ "type": "files" }).to_string())).unwrap();
     let card = next(&mut socket, "files")["files"][0].clone();
     let beside = std::fs::read(root().join(OWN_OF_PROGRAM).with_extension("png")).unwrap();
     use base64::{Engine, engine::general_purpose::STANDARD};

@@ -1,5 +1,21 @@
-//! Tests of the page, in a real browser if there is one.
+//! Tests of the page and its server: from outside, and in a real browser if there is one.
+//!
+//! - `program`: the program with its page; `drive`: what tests in a browser share;
+//! - `access`, `messages`, `repeat`: clients without a browser;
+//! - `student`, `handling`, `looking`, `scripting`, `opening`, `film`: in a browser; `pictures`: for the guide;
+//! - `gallery`, `reconnect`: with and without a browser.
 
+mod access;
+mod drive;
+mod film;
 mod gallery;
+mod handling;
+mod looking;
+mod messages;
+mod opening;
+mod pictures;
+mod program;
 mod reconnect;
-mod web;
+mod repeat;
+mod scripting;
+mod student;

@@ -14,7 +14,7 @@ use std::{
 
 use serde_json::Value;
 
-use super::web::Served;
+use super::program::Served;
 use crate::kit::{
     browser::{Page, browser},
     *,

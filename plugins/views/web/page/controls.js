@@ -1,21 +1,29 @@
+// @ts-check
 // Play, pause, step, stop; speed; time and how it passes.
 
+import { failure } from "tatu/calls";
+import { get } from "tatu/dom";
 import { call, on, send } from "tatu/net";
+import { timeOf } from "tatu/parse";
 import { changed, scene } from "tatu/store";
 
+/** @import { Action, RunState } from "tatu/protocol" */
+
 const SPEEDS = [0.125, 0.25, 0.5, 1, 1.5, 2, 3, 4, 6, 8, 10, 15, 20, 40];
-const get = (id) => document.getElementById(id);
+/** @type {RunState} */
 let state = "stopped";
 let speed = 1;
 let dt = 0.05;
 
-export function act(what) {
-  send({ do: what });
+/** @param {Action} action */
+export function act(action) {
+  send({ type: "run", action });
 }
 
-for (const [id, what] of [["play", "start"], ["pause", "pause"], ["step", "step"], ["stop", "stop"]]) {
-  get(id).onclick = () => act(what);
-}
+get("play").onclick = () => act("start");
+get("pause").onclick = () => act("pause");
+get("step").onclick = () => act("step");
+get("stop").onclick = () => act("stop");
 document.addEventListener("keydown", (e) => {
   if (e.key === "F5") act(state === "running" ? "pause" : "start");
   else if (e.key === "F6") act("step");
@@ -24,9 +32,10 @@ document.addEventListener("keydown", (e) => {
   e.preventDefault();
 });
 
+/** @param {boolean} faster */
 function turn(faster) {
   const next = faster ? SPEEDS.find((s) => s > speed) : SPEEDS.findLast((s) => s < speed);
-  if (next) send({ speed: next });
+  if (next) send({ type: "speed", speed: next });
 }
 get("faster").onclick = () => turn(true);
 get("slower").onclick = () => turn(false);
@@ -40,16 +49,20 @@ on("state", (message) => {
   get("speed").textContent = speed > 0 ? `${speed}x` : "max";
 });
 
-/** hours:minutes:seconds with hundredths. */
+/**
+ * hours:minutes:seconds with hundredths.
+ * @param {number} t
+ */
 function clock(t) {
-  const pad = (x) => String(x).padStart(2, "0");
+  const pad = (/** @type {number} */ x) => String(x).padStart(2, "0");
   return `${pad(Math.floor(t / 3600))}:${pad(Math.floor(t / 60) % 60)}:${(t % 60).toFixed(2).padStart(5, "0")}`;
 }
 
+/** @type {{ now: number, time: number } | null} */
 let before = null;
 on("frame", (view) => {
   // What stands begins anew.
-  const time = state === "stopped" ? 0 : view.getFloat64(8, true);
+  const time = state === "stopped" ? 0 : timeOf(view);
   get("time").textContent = `${clock(time)} (dt ${+(dt * 1000).toFixed(3)} ms)`;
   const now = performance.now() / 1000;
   if (!before || time < before.time) before = { now, time };
@@ -66,7 +79,8 @@ get("save").onclick = async () => {
   try {
     await call("sim.saveScene", name);
     changed(false);
-  } catch (e) {
+  } catch (thrown) {
+    const e = failure(thrown);
     alert(`${e.error}\n${e.help ?? ""}`);
   }
 };

@@ -1,7 +1,19 @@
+// @ts-check
 // Large scenes: parts that look alike are drawn together, in one call for all of them, small ones as boxes, and those that
 // nobody could see not at all.
 
 import * as THREE from "three";
+
+/** @import { Joint } from "tatu/protocol" */
+
+/** @typedef {THREE.Mesh<THREE.BufferGeometry, THREE.MeshLambertMaterial>} Body */
+/**
+ * The group of an object: its parts, all that it consists of, and for joints what moves.
+ * @typedef {THREE.Group & { userData: { id: number, bodies: Body[], own: THREE.Object3D[], joint?: Joint, moved?: THREE.Group } }} ObjectGroup
+ */
+/** @typedef {{ group: ObjectGroup, body: Body }} Placed */
+/** @typedef {Placed & { radius: number, center: THREE.Vector3, asBox: THREE.Matrix4 }} Drawn */
+/** @typedef {THREE.InstancedMesh<THREE.BufferGeometry, THREE.MeshLambertMaterial>} Together */
 
 /** From so many parts on. */
 export const MANY = 1500;
@@ -11,8 +23,9 @@ const NOTHING = 2.5;
 
 /** What is drawn together, and what hangs on objects meanwhile. The objects themselves are not walked by the renderer then. */
 export const crowd = new THREE.Group();
+/** @type {{ group: THREE.Object3D, thing: THREE.Object3D }[]} */
 let hanging = [];
-/** One for each form and colour: its parts, and what draws them as they are and as boxes. */
+/** One for each form and colour: its parts, and what draws them as they are and as boxes. @type {{ parts: Drawn[], near: Together, far: Together }[]} */
 let kinds = [];
 /** Eight corners instead of twenty-four: each is work for a processor that draws. */
 const box = new THREE.BufferGeometry();
@@ -20,11 +33,19 @@ box.setAttribute("position", new THREE.Float32BufferAttribute([0, 1, 2, 3, 4, 5,
 box.setIndex([0, 2, 1, 1, 2, 3, 4, 5, 6, 5, 7, 6, 0, 1, 4, 1, 5, 4, 2, 6, 3, 3, 6, 7, 0, 4, 2, 2, 4, 6, 1, 3, 5, 3, 7, 5]);
 const [product, frustum, sphere] = [new THREE.Matrix4(), new THREE.Frustum(), new THREE.Sphere()];
 
-/** A material for boxes, whose inside nobody sees. */
+/**
+ * A material for boxes, whose inside nobody sees.
+ * @param {THREE.MeshLambertMaterial} material
+ */
 function plain(material) {
   return new THREE.MeshLambertMaterial({ color: material.color, flatShading: true });
 }
 
+/**
+ * @param {THREE.BufferGeometry} geometry
+ * @param {THREE.MeshLambertMaterial} material
+ * @param {number} n
+ */
 function instances(geometry, material, n) {
   const mesh = new THREE.InstancedMesh(geometry, material, n);
   mesh.frustumCulled = false;
@@ -33,30 +54,41 @@ function instances(geometry, material, n) {
   return mesh;
 }
 
-/** Draws all bodies of these groups together from now on. */
+/**
+ * Draws all bodies of these groups together from now on.
+ * @param {THREE.Object3D} root
+ * @param {Map<number, ObjectGroup>} groups
+ */
 export function gather(root, groups) {
+  /** @type {Map<string, Placed[]>} */
   const alike = new Map();
   for (const group of groups.values()) {
     for (const body of group.userData.bodies) {
       body.updateMatrix();
       body.removeFromParent();
       const key = `${body.geometry.uuid} ${body.material.uuid}`;
-      if (!alike.has(key)) alike.set(key, []);
-      alike.get(key).push({ group, body });
+      const known = alike.get(key);
+      if (known) known.push({ group, body });
+      else alike.set(key, [{ group, body }]);
     }
   }
   root.visible = root.matrixWorldAutoUpdate = false;
-  kinds = [...alike.values()].map((parts) => {
-    const [{ body: { geometry, material } }] = parts;
+  kinds = [...alike.values()].flatMap((placed) => {
+    const [first] = placed;
+    if (!first) return [];
+    const { geometry, material } = first.body;
     geometry.boundingBox ?? geometry.computeBoundingBox();
-    const size = geometry.boundingBox.getSize(new THREE.Vector3());
-    const center = geometry.boundingBox.getCenter(new THREE.Vector3());
-    for (const part of parts) {
-      part.radius = 0.5 * size.clone().multiply(part.body.scale).length();
-      part.center = center.clone().applyMatrix4(part.body.matrix);
-      part.asBox = part.body.matrix.clone().multiply(new THREE.Matrix4().makeTranslation(center)).scale(size.clone().max(new THREE.Vector3(1e-4, 1e-4, 1e-4)));
-    }
-    return { parts, near: instances(geometry, material, parts.length), far: instances(box, plain(material), parts.length) };
+    const bounds = geometry.boundingBox ?? new THREE.Box3();
+    const size = bounds.getSize(new THREE.Vector3());
+    const center = bounds.getCenter(new THREE.Vector3());
+    const parts = placed.map(({ group, body }) => ({
+      group,
+      body,
+      radius: 0.5 * size.clone().multiply(body.scale).length(),
+      center: center.clone().applyMatrix4(body.matrix),
+      asBox: body.matrix.clone().multiply(new THREE.Matrix4().makeTranslation(center)).scale(size.clone().max(new THREE.Vector3(1e-4, 1e-4, 1e-4))),
+    }));
+    return [{ parts, near: instances(geometry, material, parts.length), far: instances(box, plain(material), parts.length) }];
   });
 }
 
@@ -65,15 +97,25 @@ export function isLarge() {
   return kinds.length > 0;
 }
 
-/** Hangs a thing on the group of an object. */
+/**
+ * Hangs a thing on the group of an object.
+ * @param {THREE.Object3D} group
+ * @param {THREE.Object3D} thing
+ */
 export function hang(group, thing) {
-  if (!isLarge()) return group.add(thing);
+  if (!isLarge()) {
+    group.add(thing);
+    return;
+  }
   thing.matrixAutoUpdate = false;
   crowd.add(thing);
   hanging.push({ group, thing });
 }
 
-/** Nothing is drawn together any more. */
+/**
+ * Nothing is drawn together any more.
+ * @param {THREE.Object3D} root
+ */
 export function scatter(root) {
   root.visible = root.matrixWorldAutoUpdate = true;
   for (const { thing } of hanging) thing.removeFromParent();
@@ -88,12 +130,20 @@ export function scatter(root) {
   kinds = [];
 }
 
+/**
+ * @param {Together} mesh
+ * @param {number} id
+ */
 function put(mesh, id) {
   product.toArray(mesh.instanceMatrix.array, 16 * mesh.count);
   mesh.userData.ids[mesh.count++] = id;
 }
 
-/** Puts all parts where their objects stand, as a camera sees them in a picture of so many pixels upward. */
+/**
+ * Puts all parts where their objects stand, as a camera sees them in a picture of so many pixels upward.
+ * @param {THREE.PerspectiveCamera} camera
+ * @param {number} height
+ */
 export function place(camera, height) {
   if (!kinds.length) return;
   camera.updateMatrixWorld();
@@ -121,7 +171,11 @@ export function place(camera, height) {
   }
 }
 
-/** The object that a hit of a ray means; 0: none. */
+/**
+ * The object that a hit of a ray means; 0: none.
+ * @param {THREE.Intersection} hit
+ * @returns {number}
+ */
 export function hitId({ object, instanceId }) {
-  return object.userData.ids?.[instanceId] ?? object.userData.id ?? 0;
+  return object.userData.ids?.[instanceId ?? -1] ?? object.userData.id ?? 0;
 }

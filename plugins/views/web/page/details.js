@@ -1,24 +1,37 @@
+// @ts-check
 // Every property of the selection with its unit; those that can be set are fields.
 
+import { failure } from "tatu/calls";
+import { get, make } from "tatu/dom";
 import { call, on, send } from "tatu/net";
 import { changed, rights, scene, selected, watch } from "tatu/store";
 
-const rows = document.getElementById("rows");
-const what = document.getElementById("what");
+/** @import { Row } from "tatu/protocol" */
+
+const rows = get("rows");
+const what = get("what");
 let shown = 0;
 
-/** Numbers as people read them. */
+/**
+ * Numbers as people read them.
+ * @param {unknown} x
+ */
 function short(x) {
-  if (typeof x === "object" && x !== null && "number" in x) return x.number;
+  if (typeof x === "object" && x !== null && "number" in x) return String(x.number);
   if (typeof x !== "number") return String(x ?? "");
   return Number.isInteger(x) ? String(x) : String(+x.toPrecision(6));
 }
 
+/** @param {unknown} value */
 function written(value) {
   return Array.isArray(value) ? value.map(short).join(", ") : short(value);
 }
 
-/** What was typed, as the type of the value that stood there. */
+/**
+ * What was typed, as the type of the value that stood there.
+ * @param {string} text
+ * @param {unknown} value
+ */
 function read(text, value) {
   if (Array.isArray(value)) return text.split(",").map(Number);
   if (typeof value === "number") return Number(text);
@@ -26,6 +39,11 @@ function read(text, value) {
   return text;
 }
 
+/**
+ * @param {Row} row
+ * @param {unknown} value
+ * @param {HTMLInputElement | HTMLSelectElement} field
+ */
 async function set(row, value, field) {
   try {
     if (Array.isArray(value) ? value.some(Number.isNaN) : Number.isNaN(value)) throw { error: "a number is expected" };
@@ -33,12 +51,14 @@ async function set(row, value, field) {
     field.setCustomValidity("");
     row.value = value;
     changed();
-  } catch (e) {
+  } catch (thrown) {
+    const e = failure(thrown);
     field.setCustomValidity(e.error);
     field.reportValidity();
   }
 }
 
+/** @param {Row} row */
 function field(row) {
   const settable = row.settable && rights.acts && row.key !== "object.parent";
   if (!settable) {
@@ -62,16 +82,13 @@ function field(row) {
 }
 
 on("details", (message) => {
-  if (message.details !== selected()) return;
+  if (message.object !== selected()) return;
   // What is being typed is not replaced.
-  if (shown === message.details && rows.contains(document.activeElement)) return;
-  shown = message.details;
+  if (shown === message.object && rows.contains(document.activeElement)) return;
+  shown = message.object;
   rows.replaceChildren(...message.rows.map((row) => {
-    const div = document.createElement("div");
-    div.className = "row";
-    const name = document.createElement("span");
-    name.textContent = row.key + (row.settable && row.unit ? ` (${row.unit})` : "");
-    name.title = row.text;
+    const div = make("div", { className: "row" });
+    const name = make("span", { textContent: row.key + (row.settable && row.unit ? ` (${row.unit})` : ""), title: row.text });
     const f = field(row);
     f.setAttribute("aria-label", row.key);
     div.append(name, f);
@@ -79,13 +96,19 @@ on("details", (message) => {
   }));
 });
 
+function title() {
+  const o = scene.objects.get(selected());
+  what.textContent = o ? `${o.alias} \u2014 ${o.sensor ?? o.kind}` : "Nothing is selected";
+}
+
 watch("selected", (id) => {
   const o = scene.objects.get(id);
-  what.textContent = o ? `${o.alias} \u2014 ${o.sensor ?? o.kind}` : "Nothing is selected";
+  title();
   rows.replaceChildren();
-  document.getElementById("eye").hidden = o?.schema !== "image";
-  document.getElementById("plot").hidden = o?.kind !== "graph";
+  get("eye", HTMLCanvasElement).hidden = o?.schema !== "image";
+  get("plot", HTMLCanvasElement).hidden = o?.kind !== "graph";
   shown = 0;
-  if (o) send({ details: id });
+  if (o) send({ type: "details", object: id });
 });
-setInterval(() => { if (selected() && !document.hidden) send({ details: selected() }); }, 1000);
+watch("objects", title);
+setInterval(() => { if (selected() && !document.hidden) send({ type: "details", object: selected() }); }, 1000);

@@ -1,12 +1,18 @@
+// @ts-check
 // Arrow keys drive the selected robot, if it declares how its wheels move it.
 
+import { get } from "tatu/dom";
 import { call } from "tatu/net";
 import { rights, scene, selected, watch } from "tatu/store";
 
 /** How fast wheels turn ahead and on the spot, rad/s: a walking pace for wheels of 20 cm. */
 const [AHEAD, TURN] = [4, 2];
+/** @type {{ [key: string]: [number, number] | undefined }} */
 const WAYS = { ArrowUp: [1, 0], ArrowDown: [-1, 0], ArrowLeft: [0, 1], ArrowRight: [0, -1] };
+/** @typedef {{ id: number, type: string, radius: number, wheelbase: number, track: number }} Robot */
+/** @type {Set<string>} */
 const pressed = new Set();
+/** @type {Robot | null} */
 let robot = null;
 let told = "";
 
@@ -27,6 +33,7 @@ async function find() {
   }
 }
 
+/** @param {Robot} of */
 function stop(of) {
   pressed.clear();
   if (told && told !== "0,0") call("tatu.drive", of.id, 0, 0, 0).catch(() => {});
@@ -36,8 +43,9 @@ function stop(of) {
 function steer() {
   let [ahead, left] = [0, 0];
   for (const key of pressed) {
-    ahead += WAYS[key][0];
-    left += WAYS[key][1];
+    const [a, l] = WAYS[key] ?? [0, 0];
+    ahead += a;
+    left += l;
   }
   const now = `${ahead},${left}`;
   if (!robot || now === told) return;
@@ -48,7 +56,7 @@ function steer() {
   call("tatu.drive", robot.id, way, 0, turn).catch(() => {});
 }
 
-document.getElementById("view").addEventListener("keydown", (e) => {
+get("view").addEventListener("keydown", (e) => {
   if (!(e.key in WAYS) || e.ctrlKey || e.metaKey || e.altKey) return;
   pressed.add(e.key);
   steer();

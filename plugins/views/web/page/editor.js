@@ -1,3 +1,4 @@
+// @ts-check
 // The script editor: Lua in colours, commands completed and explained, errors at their line.
 
 import { EditorState } from "@codemirror/state";
@@ -8,13 +9,24 @@ import { autocompletion, completionKeymap } from "@codemirror/autocomplete";
 import { lintGutter, setDiagnostics } from "@codemirror/lint";
 import { lua } from "@codemirror/legacy-modes/mode/lua";
 import { tags } from "@lezer/highlight";
+import { failure } from "tatu/calls";
+import { get } from "tatu/dom";
 import { call, on, send } from "tatu/net";
 import { changed, rights, scene, watch } from "tatu/store";
 import { line } from "tatu/output";
 
-const get = (id) => document.getElementById(id);
+/** @import { CompletionContext } from "@codemirror/autocomplete" */
+/** @import { Command, Script } from "tatu/protocol" */
+
+/** @type {EditorView | null} */
 let view = null;
+/** @type {Script | null} */
 let open = null;
+/** The text of the open script as the scene had it last. */
+let known = "";
+/** The script whose text the editor holds. */
+let shown = 0;
+/** @type {Command[] | null} */
 let commands = null;
 
 const colours = HighlightStyle.define([
@@ -32,16 +44,18 @@ const look = EditorView.theme({
   ".cm-tooltip": { backgroundColor: "var(--panel)", border: "1px solid var(--line)", maxWidth: "34rem" },
 });
 
+/** @param {CompletionContext} context */
 function complete(context) {
   const word = context.matchBefore(/[\w.]+/);
   if (!word || (word.from === word.to && !context.explicit)) return null;
   return {
     from: word.from,
-    options: (commands ?? []).map(([label, detail, info]) => ({ label, detail: `(${detail})`, info, type: "function" })),
+    options: (commands ?? []).map(({ name, params, text }) => ({ label: name, detail: `(${params})`, info: text, type: "function" })),
     validFor: /^[\w.]*$/,
   };
 }
 
+/** @param {string} text */
 function fill(text) {
   view?.destroy();
   view = new EditorView({
@@ -59,17 +73,28 @@ function fill(text) {
   view.focus();
 }
 
-/** Opens a script of the scene. */
+/**
+ * Opens a script of the scene.
+ * @param {Script} script
+ */
 export function openScript(script) {
   open = script;
   get("script-name").textContent = script.name;
   get("script").hidden = false;
-  if (!commands) send({ commands: true });
-  send({ script: script.id });
+  if (!commands) send({ type: "commands" });
+  send({ type: "script", script: script.id });
 }
 
 on("commands", (message) => { commands = message.commands; });
-on("script", (message) => { if (open?.id === message.script) fill(message.text); });
+on("script", ({ script, text }) => {
+  if (open?.id !== script) return;
+  // A text that another client has saved does not replace what is being written here.
+  const own = view?.state.doc.toString();
+  const isNew = shown !== script || (own === known && own !== text);
+  known = text;
+  shown = script;
+  if (isNew) fill(text);
+});
 
 // After a lost connection the text in the editor remains, and belongs to the script of the same name.
 let again = false;
@@ -77,18 +102,33 @@ on("again", () => {
   again = true;
   commands = null;
 });
-watch("scene", () => {
-  if (!again) return;
-  again = false;
-  if (!open) return;
-  send({ commands: true });
-  const all = [...scene.scripts, ...[...scene.objects.values()].flatMap((o) => o.scripts ?? [])];
-  const same = all.filter((s) => s.name === open.name);
-  open = same.find((s) => s.id === open.id) ?? same[0] ?? open;
-});
 
-/** Marks a line that a message names: "name:12: what is wrong". */
+/** Asks for the text of the open script again if it has changed. */
+function follow() {
+  const all = [...scene.scripts, ...[...scene.objects.values()].flatMap((o) => o.scripts ?? [])];
+  if (again && open) {
+    const name = open.name;
+    const same = all.filter((s) => s.name === name);
+    open = same.find((s) => s.id === open?.id) ?? same[0] ?? open;
+    if (shown) shown = open.id;
+    else send({ type: "script", script: open.id });
+    send({ type: "commands" });
+  }
+  again = false;
+  const now = all.find((s) => s.id === open?.id);
+  if (!now || now.version === open?.version) return;
+  open = now;
+  send({ type: "script", script: now.id });
+}
+watch("objects", follow);
+watch("scene", follow);
+
+/**
+ * Marks a line that a message names: "name:12: what is wrong".
+ * @param {string} text
+ */
 function mark(text) {
+  if (!view) return;
   const at = text.match(/:(\d+):/);
   const n = at ? Math.min(Number(at[1]), view.state.doc.lines) : 1;
   const { from, to } = view.state.doc.line(Math.max(1, n));
@@ -99,19 +139,22 @@ async function save() {
   if (!view || !open || !rights.acts) return;
   view.dispatch(setDiagnostics(view.state, []));
   try {
-    await call("tatu.setScript", open.id, view.state.doc.toString());
+    const text = view.state.doc.toString();
+    await call("tatu.setScript", open.id, text);
+    known = text;
     changed();
     line("Status", `${open.name}: the new text is in the scene`);
-  } catch (e) {
+  } catch (thrown) {
+    const e = failure(thrown);
     mark(e.error);
     line("Status", e.error, "error");
   }
 }
 
-on("event", ({ event, payload }) => {
-  if (event === "script_error" && open && view && payload.script === open.name && payload.line) {
+on("event", ({ name, payload }) => {
+  if (name === "script_error" && open && view && payload.script === open.name && payload.line) {
     mark(`${payload.script}:${payload.line}: ${payload.message}`);
   }
 });
 get("script-save").onclick = save;
-get("script-close").onclick = () => { get("script").hidden = true; open = null; };
+get("script-close").onclick = () => { get("script").hidden = true; open = null; shown = 0; };

@@ -1,6 +1,9 @@
+// @ts-check
 // Plays a recording: any time of it can be seen.
 
-import { say, tell } from "tatu/net";
+import { get } from "tatu/dom";
+import { say, tell } from "tatu/film_net";
+import { entryLength } from "tatu/parse";
 import "tatu/store";
 import "tatu/tree";
 import "tatu/output";
@@ -10,50 +13,72 @@ import "tatu/volumes";
 import "tatu/drawings";
 import { clear } from "tatu/output";
 
-const get = (id) => document.getElementById(id);
-/** Numbers of an entry of a frame, by its kind. */
-const NUMBERS = { 3: 7, 4: 1, 5: 4 };
-/** How each thing moved: times and numbers by the key of its entries. */
+/** @import { Reading, SceneObject, ToPage } from "tatu/protocol" */
+
+/**
+ * How each thing moved: times and numbers by the key of its entries.
+ * @type {Map<number, { times: number[], values: Float64Array[] }>}
+ */
 const tracks = new Map();
-/** Messages with their times: scenes, events, drawings; readings by sensor. */
+/** @typedef {{ time: number, message: ToPage }} Told */
+/** Messages with their times: scenes, events, drawings; readings by sensor. @type {Told[]} */
 const scenes = [];
+/** Objects that changed otherwise than by moving. @type {{ time: number, objects: SceneObject[] }[]} */
+const changes = [];
+/** @type {Told[]} */
 const events = [];
+/** @type {Told[]} */
 const drawings = [];
+/** @type {Map<number, { time: number, reading: Reading | null }[]>} */
 const readings = new Map();
+const slider = get("slider", HTMLInputElement);
+const rate = get("rate", HTMLSelectElement);
 let end = 0;
 
 async function unpack() {
-  const packed = Uint8Array.from(atob(get("recording").textContent), (c) => c.charCodeAt(0));
+  const packed = Uint8Array.from(atob(get("recording").textContent ?? ""), (c) => c.charCodeAt(0));
   const stream = new Blob([packed]).stream().pipeThrough(new DecompressionStream("gzip"));
   return new DataView(await new Response(stream).arrayBuffer());
 }
 
+/**
+ * @param {DataView} view
+ * @param {number} from
+ * @param {number} time
+ */
 function frame(view, from, time) {
   const count = view.getUint32(from + 16, true);
   let at = from + 20;
   for (let i = 0; i < count; i++) {
     const key = view.getUint32(at, true);
-    const n = NUMBERS[key >>> 24];
-    if (!tracks.has(key)) tracks.set(key, { times: [], values: [] });
-    const track = tracks.get(key);
+    const n = entryLength(key >>> 24) / 8;
+    const track = tracks.get(key) ?? { times: [], values: [] };
+    tracks.set(key, track);
     track.times.push(time);
     track.values.push(new Float64Array(view.buffer.slice(at + 4, at + 4 + 8 * n)));
     at += 4 + 8 * n;
   }
 }
 
+/**
+ * @param {ToPage} message
+ * @param {number} time
+ */
 function text(message, time) {
-  if (message.scene) scenes.push({ time, message });
-  else if (message.event) events.push({ time, message });
-  else if (message.drawings) drawings.push({ time, message });
-  else if (message.readings) {
-    for (const [id, reading] of Object.entries(message.readings)) {
-      if (!readings.has(id)) readings.set(id, []);
-      readings.get(id).push({ time, reading });
+  if (message.type === "scene") scenes.push({ time, message });
+  else if (message.type === "objects") changes.push({ time, objects: message.objects });
+  else if (message.type === "event") events.push({ time, message });
+  else if (message.type === "drawings") drawings.push({ time, message });
+  else if (message.type === "readings") {
+    for (const [key, reading] of Object.entries(message.readings)) {
+      const all = readings.get(Number(key)) ?? [];
+      readings.set(Number(key), all);
+      all.push({ time, reading: reading ?? null });
     }
   } else say(message);
 }
 
+/** @param {DataView<ArrayBuffer>} view */
 function read(view) {
   for (let at = 0; at + 13 <= view.byteLength;) {
     const length = view.getUint32(at, true);
@@ -67,56 +92,81 @@ function read(view) {
   }
 }
 
-/** The place of the last of sorted times that is not after `t`; -1: none. */
-function last(times, t, time = (x) => x) {
-  let [low, high] = [0, times.length];
+/**
+ * The place of the last of `n` sorted times that is not after `t`; -1: none.
+ * @param {number} n
+ * @param {number} t
+ * @param {(i: number) => number | undefined} time
+ */
+function last(n, t, time) {
+  let [low, high] = [0, n];
   while (low < high) {
     const middle = (low + high) >> 1;
-    if (time(times[middle]) <= t) low = middle + 1;
+    if ((time(middle) ?? Infinity) <= t) low = middle + 1;
     else high = middle;
   }
   return low - 1;
 }
 
-const ofTime = (x) => x.time;
+/**
+ * The same for what has times.
+ * @param {{ time: number }[]} all
+ * @param {number} t
+ */
+const lastOf = (all, t) => last(all.length, t, (i) => all[i]?.time);
 const HAIR = 1e-9;
 let now = 0;
-let shown = { scene: -1, drawing: -1, events: 0 };
+let shown = { scene: -1, change: -1, drawing: -1, events: 0 };
 
-/** Shows a time. */
+/**
+ * Shows a time.
+ * @param {number} time
+ */
 function seek(time) {
   const t = time + HAIR;
-  const scene = Math.max(0, last(scenes, t, ofTime));
-  if (scene !== shown.scene) say(scenes[scene].message);
-  const poses = [...tracks].map(([key, track]) => [key, track.values[last(track.times, t)]]).filter((x) => x[1]);
-  const view = new DataView(new ArrayBuffer(20 + poses.reduce((n, [, v]) => n + 4 + 8 * v.length, 0)));
+  const scene = Math.max(0, lastOf(scenes, t));
+  const whole = scenes[scene];
+  const change = lastOf(changes, t);
+  const anew = scene !== shown.scene || change < shown.change;
+  if (whole && anew) say(whole.message);
+  if (whole && (anew || change > shown.change)) {
+    // The scene that came last replaces all changes before it.
+    const since = changes.slice(anew ? 0 : shown.change + 1, change + 1).filter((c) => c.time >= whole.time);
+    const newest = new Map(since.flatMap((c) => c.objects).map((o) => [o.id, o]));
+    if (newest.size) say({ type: "objects", objects: [...newest.values()] });
+  }
+  const poses = [...tracks].flatMap(([key, { times, values }]) => {
+    const numbers = values[last(times.length, t, (i) => times[i])];
+    return numbers ? [{ key, numbers }] : [];
+  });
+  const view = new DataView(new ArrayBuffer(20 + poses.reduce((n, { numbers }) => n + 4 + 8 * numbers.length, 0)));
   view.setFloat64(8, time, true);
   view.setUint32(16, poses.length, true);
   let at = 20;
-  for (const [key, values] of poses) {
+  for (const { key, numbers } of poses) {
     view.setUint32(at, key, true);
-    values.forEach((x, i) => view.setFloat64(at + 4 + 8 * i, x, true));
-    at += 4 + 8 * values.length;
+    numbers.forEach((x, i) => view.setFloat64(at + 4 + 8 * i, x, true));
+    at += 4 + 8 * numbers.length;
   }
   tell("frame", view);
+  /** @type {{ [id: number]: Reading | null }} */
   const seen = {};
-  for (const [id, all] of readings) {
-    const i = last(all, t, ofTime);
-    seen[id] = i < 0 ? { detected: false, distance: [], angle: [] } : all[i].reading;
-  }
-  say({ readings: seen });
-  const drawing = last(drawings, t, ofTime);
-  if (drawing !== shown.drawing) say(drawings[drawing]?.message ?? { drawings: [] });
-  const n = last(events, t, ofTime) + 1;
+  for (const [id, all] of readings) seen[id] = all[lastOf(all, t)]?.reading ?? null;
+  say({ type: "readings", readings: seen });
+  const drawing = lastOf(drawings, t);
+  if (drawing !== shown.drawing) say(drawings[drawing]?.message ?? { type: "drawings", drawings: [] });
+  const n = lastOf(events, t) + 1;
   if (n < shown.events) clear();
   for (const e of events.slice(n < shown.events ? 0 : shown.events, n)) say(e.message);
-  shown = { scene, drawing, events: n };
+  shown = { scene, change, drawing, events: n };
   now = time;
-  get("slider").value = time;
+  slider.value = String(time);
   get("time").textContent = `${time.toFixed(2)} of ${end.toFixed(2)} s`;
 }
 
+/** @type {{ clock: number, from: number } | null} */
 let playing = null;
+/** @param {boolean} on */
 function play(on) {
   if (on && now >= end) seek(0);
   playing = on ? { clock: performance.now(), from: now } : null;
@@ -124,29 +174,30 @@ function play(on) {
   get("play").setAttribute("aria-label", on ? "Pause" : "Play");
   if (on) requestAnimationFrame(go);
 }
+/** @param {number} clock */
 function go(clock) {
   if (!playing) return;
-  const passed = (Math.max(0, clock - playing.clock) / 1000) * Number(get("rate").value);
+  const passed = (Math.max(0, clock - playing.clock) / 1000) * Number(rate.value);
   seek(Math.min(end, playing.from + passed));
   if (now >= end) play(false);
   else requestAnimationFrame(go);
 }
 
 get("play").onclick = () => play(!playing);
-get("rate").onchange = () => { if (playing) play(true); };
-get("slider").oninput = () => {
+rate.onchange = () => { if (playing) play(true); };
+slider.oninput = () => {
   const going = playing !== null;
   if (going) play(false);
-  seek(Number(get("slider").value));
+  seek(Number(slider.value));
 };
 document.addEventListener("keydown", (e) => {
-  if (e.key !== " " || e.target.closest("button, input, select")) return;
+  if (e.key !== " " || (e.target instanceof Element && e.target.closest("button, input, select"))) return;
   play(!playing);
   e.preventDefault();
 });
 
 read(await unpack());
-get("slider").max = end;
+slider.max = String(end);
 seek(0);
 // For tests and for links: film.html#12.5 begins there.
 const begin = Number(location.hash.slice(1));

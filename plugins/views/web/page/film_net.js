@@ -1,26 +1,55 @@
+// @ts-check
 // The connection of a film: what was recorded is told as if it came just now.
 
+/** @import { FromPage, ToPage } from "tatu/protocol" */
+/** @import { Messages } from "tatu/net" */
+
+/** @type {Map<string, ((message: any) => void)[]>} */
 const handlers = new Map();
 
-/** Calls `f` with each message of a kind: a key of its JSON, or "frame", "mesh", "image". */
+/**
+ * Calls `f` with each message of a kind: the `type` of its JSON, or "frame", "mesh".
+ * @template {keyof Messages} K
+ * @param {K} kind
+ * @param {(message: Messages[K]) => void} f
+ */
 export function on(kind, f) {
-  if (!handlers.has(kind)) handlers.set(kind, []);
-  handlers.get(kind).push(f);
+  const all = handlers.get(kind);
+  if (all) all.push(f);
+  else handlers.set(kind, [f]);
 }
 
-/** Tells a message of a kind. */
-export function tell(kind, value) {
-  for (const f of handlers.get(kind) ?? []) f(value);
+/**
+ * Tells a message of a kind.
+ * @template {keyof Messages} K
+ * @param {K} kind
+ * @param {Messages[K]} message
+ */
+export function tell(kind, message) {
+  for (const f of handlers.get(kind) ?? []) f(message);
 }
 
-/** Tells a message of JSON under each of its keys. */
+/**
+ * Tells a message of JSON.
+ * @param {ToPage} message
+ */
 export function say(message) {
-  for (const kind of Object.keys(message)) tell(kind, message);
+  tell(message.type, /** @type {any} */ (message));
 }
 
-/** A film takes nothing. */
-export function send() {}
+/**
+ * A film takes nothing.
+ * @param {FromPage} _message
+ */
+export function send(_message) {
+  return false;
+}
 
-export async function call() {
+/**
+ * @param {string} _name
+ * @param {...unknown} _args
+ * @returns {Promise<any[]>}
+ */
+export async function call(_name, ..._args) {
   throw { error: "a film cannot be changed" };
 }

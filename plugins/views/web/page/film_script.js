@@ -1,13 +1,20 @@
+// @ts-check
 // The scripts of a film, to read.
 
+import { get } from "tatu/dom";
 import { on } from "tatu/net";
 
-const get = (id) => document.getElementById(id);
+/** @import { Script } from "tatu/protocol" */
+
+/** @type {Map<number, string>} */
 const texts = new Map();
 
 on("script", ({ script, text }) => texts.set(script, text));
 
-/** Shows the text of a script. */
+/**
+ * Shows the text of a script.
+ * @param {Script} script
+ */
 export function openScript(script) {
   get("script-name").textContent = script.name;
   get("editor").textContent = texts.get(script.id) ?? "";

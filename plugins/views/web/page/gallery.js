@@ -1,73 +1,88 @@
+// @ts-check
 // The gallery of scenes, to open one; and files that are dropped.
 
+import { failure } from "tatu/calls";
+import { get, make } from "tatu/dom";
 import { ask, call, on, send, upload } from "tatu/net";
 import { sendPicture } from "tatu/pictures";
 import { rights, scene, watch } from "tatu/store";
 import { line } from "tatu/output";
 
-const dialog = document.getElementById("dialog");
-const files = document.getElementById("files");
-const find = document.getElementById("find-scene");
+/** @import { SceneFile } from "tatu/protocol" */
+
+const dialog = get("dialog", HTMLDialogElement);
+const files = get("files");
+const find = get("find-scene", HTMLInputElement);
 
 export function browse() {
   // The list shows the open scene as it looks now.
   sendPicture();
-  send({ files: true });
+  send({ type: "files" });
   find.value = "";
   if (!dialog.open) dialog.showModal();
 }
 
+/** @param {string} file */
 async function open(file) {
   sendPicture();
   if (dialog.open) dialog.close();
   try {
-    await ask({ open: file }, `opening ${file}`);
+    await ask({ type: "open", file }, `opening ${file}`);
   } catch (e) {
-    line("Status", e.help ? `${e.error} (${e.help})` : e.error, "error");
+    const { error, help } = failure(e);
+    line("Status", help ? `${error} (${help})` : error, "error");
   }
 }
 
-/** What people call a scene: the name of its file; the demonstration of a model is named after the model. */
+/**
+ * What people call a scene: the name of its file; the demonstration of a model is named after the model.
+ * @param {string} file
+ */
 function title(file) {
   const parts = file.split(/[\\/]/);
-  const last = parts.pop();
-  const name = last === "demo.toml" && parts.length ? parts.pop() : last.replace(/\.toml$/, "");
+  const last = parts.pop() ?? "";
+  const name = last === "demo.toml" && parts.length ? parts.pop() ?? "" : last.replace(/\.toml$/, "");
   return name.replaceAll("_", " ");
 }
 
-function text(tag, content, className = "") {
-  return Object.assign(document.createElement(tag), { textContent: content, className });
-}
-
+/** @param {SceneFile} entry */
 function card({ file, about, try: toTry, picture }) {
-  const li = document.createElement("li");
-  const b = document.createElement("button");
-  b.className = "scene";
+  const li = make("li");
+  const b = make("button", { className: "scene" });
   b.onclick = () => open(file);
   b.title = file;
   if (picture) b.append(Object.assign(new Image(240, 150), { src: `data:image/png;base64,${picture}`, alt: "" }));
-  b.append(text("strong", title(file)));
-  if (about) b.append(text("small", about));
-  if (toTry) b.append(text("small", `Try: ${toTry}`, "try"));
+  b.append(make("strong", { textContent: title(file) }));
+  if (about) b.append(make("small", { textContent: about }));
+  if (toTry) b.append(make("small", { textContent: `Try: ${toTry}`, className: "try" }));
   li.append(b);
   return li;
 }
 
-/** A heading and its cards. */
+/**
+ * A heading and its cards.
+ * @param {string} name
+ * @param {SceneFile[]} all
+ */
 function section(name, all) {
-  const own = document.createElement("section");
-  const list = document.createElement("ul");
+  const own = make("section");
+  const list = make("ul");
   list.append(...all.map(card));
-  own.append(text("h3", name), list);
+  own.append(make("h3", { textContent: name }), list);
   return own;
 }
 
+const none = make("p", { id: "no-scene" });
+
 on("files", ({ files: all, folder }) => {
+  /** @type {[SceneFile["in"], string][]} */
   const sections = [["recent", "Recent"], ["own", folder ? `Yours: ${folder}` : "Yours"], ["program", "Comes with Tatu"]];
-  const shown = sections.map(([key, name]) => [name, all.filter((f) => f.in === key)]).filter(([, cards]) => cards.length);
-  const none = text("p", shown.length ? "No scene is like this." : "There are no scenes here: drop one on the page.");
-  none.id = "no-scene";
-  files.replaceChildren(...shown.map(([name, cards]) => section(name, cards)), none);
+  const shown = sections.flatMap(([key, name]) => {
+    const cards = all.filter((f) => f.in === key);
+    return cards.length ? [section(name, cards)] : [];
+  });
+  none.textContent = shown.length ? "No scene is like this." : "There are no scenes here: drop one on the page.";
+  files.replaceChildren(...shown, none);
   sift();
 });
 
@@ -78,17 +93,17 @@ function sift() {
   for (const own of files.querySelectorAll("section")) {
     let some = false;
     for (const li of own.querySelectorAll("li")) {
-      const name = `${li.textContent} ${li.firstChild.title}`.toLowerCase();
+      const name = `${li.textContent} ${li.querySelector("button")?.title}`.toLowerCase();
       li.hidden = !words.every((word) => name.includes(word));
       some ||= !li.hidden;
     }
     own.hidden = !some;
     any ||= some;
   }
-  document.getElementById("no-scene").hidden = any;
+  none.hidden = any;
 }
 find.oninput = () => { if (files.childElementCount) sift(); };
-document.getElementById("gallery").onclick = browse;
+get("gallery").onclick = browse;
 
 let first = true;
 watch("scene", () => {
@@ -96,24 +111,27 @@ watch("scene", () => {
   first = false;
 });
 
-/** A dropped model comes into the scene that is open, anything else is opened. */
+/**
+ * A dropped model comes into the scene that is open, anything else is opened.
+ * @param {File} file
+ */
 async function take(file) {
   try {
     const name = await upload(file);
     if (/\.(ttm|urdf)$/i.test(name) && scene.objects.size) await call("sim.loadModel", name);
     else await open(name);
   } catch (e) {
-    line("Status", e.error, "error");
+    line("Status", failure(e).error, "error");
   }
 }
 
 document.addEventListener("dragover", (e) => { if (rights.acts) e.preventDefault(); });
 document.addEventListener("drop", (e) => {
   e.preventDefault();
-  if (rights.acts) for (const file of e.dataTransfer.files) take(file);
+  if (rights.acts) for (const file of e.dataTransfer?.files ?? []) take(file);
 });
-const choose = document.getElementById("choose");
+const choose = get("choose", HTMLInputElement);
 choose.onchange = () => {
-  for (const file of choose.files) take(file);
+  for (const file of choose.files ?? []) take(file);
   choose.value = "";
 };

@@ -1,16 +1,19 @@
+// @ts-check
 // Keys that are pressed in the 3-D view go to the simulation, under the names that scripts know.
 
+import { get } from "tatu/dom";
 import { send } from "tatu/net";
 
+/** @type {{ [key: string]: string }} */
 const NAMES = {
   ArrowUp: "up", ArrowDown: "down", ArrowLeft: "left", ArrowRight: "right", Enter: "return", Escape: "escape",
   PageUp: "pageup", PageDown: "pagedown", Home: "home", End: "end", Delete: "delete", Backspace: "backspace", Tab: "",
 };
 
-document.getElementById("view").addEventListener("keydown", (e) => {
+get("view").addEventListener("keydown", (e) => {
   if (e.ctrlKey || e.metaKey || e.altKey) return;
   const key = NAMES[e.key] ?? (e.key.length === 1 ? e.key : "");
   if (!key) return;
-  send({ key });
+  send({ type: "key", key });
   e.preventDefault();
 });

@@ -1,3 +1,4 @@
+// @ts-check
 // What an address asks for behind its `#`: select=NAME, script, play; joined by `&`.
 
 import { send } from "tatu/net";
@@ -13,7 +14,7 @@ watch("scene", () => {
   const all = [...scene.objects.values()];
   const found = all.find((o) => o.alias === asked.get("select"));
   if (found) select(found.id);
-  const scripted = all.find((o) => o.scripts?.length);
-  if (asked.has("script") && scripted) openScript(scripted.scripts[0]);
-  if (asked.has("play")) send({ do: "start" });
+  const script = all.find((o) => o.scripts?.length)?.scripts?.[0];
+  if (asked.has("script") && script) openScript(script);
+  if (asked.has("play")) send({ type: "run", action: "start" });
 });

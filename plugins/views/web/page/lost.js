@@ -1,10 +1,12 @@
+// @ts-check
 // The banner that says why there is no connection, and what to do.
 
+import { get } from "tatu/dom";
 import { on } from "tatu/net";
 import { line } from "tatu/output";
 import { changed } from "tatu/store";
 
-const banner = document.getElementById("lost");
+const banner = get("lost");
 const here = location.host;
 const WHY = {
   gone: `No program answers at ${here}. This page connects by itself when the program is started again there: tatu open --port ${location.port}`,
@@ -20,6 +22,6 @@ on("lost", (why) => {
 on("connected", () => { banner.hidden = true; });
 on("again", ({ restarted }) => {
   if (!restarted) return;
-  if (!document.getElementById("unsaved").hidden) line("Status", "the program was started again: changes of the scene that were in no file are lost", "warning");
+  if (!get("unsaved").hidden) line("Status", "the program was started again: changes of the scene that were in no file are lost", "warning");
   changed(false);
 });

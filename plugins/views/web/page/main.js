@@ -1,3 +1,4 @@
+// @ts-check
 // Puts the parts of the page together.
 
 import { connect } from "tatu/net";
@@ -12,6 +13,7 @@ import "tatu/keys";
 import "tatu/driving";
 import "tatu/view";
 import "tatu/moving";
+import "tatu/snap";
 import "tatu/pushing";
 import "tatu/sensing";
 import "tatu/volumes";

@@ -1,14 +1,18 @@
+// @ts-check
 // Models that plugins offer, to add one where the camera looks.
 
+import { failure } from "tatu/calls";
+import { get, make } from "tatu/dom";
 import { call } from "tatu/net";
 import { changed, rights, scene, select, watch } from "tatu/store";
 import { controls } from "tatu/view";
 import { line } from "tatu/output";
 
-const dialog = document.getElementById("models-dialog");
-const list = document.getElementById("models");
+const dialog = get("models-dialog", HTMLDialogElement);
+const list = get("models");
 let wanted = 0;
 
+/** @param {string} id */
 async function add(id) {
   dialog.close();
   try {
@@ -19,7 +23,7 @@ async function add(id) {
     wanted = made;
     choose();
   } catch (e) {
-    line("Status", e.error, "error");
+    line("Status", failure(e).error, "error");
   }
 }
 
@@ -31,14 +35,13 @@ function choose() {
 }
 watch("scene", choose);
 
-document.getElementById("add-model").onclick = async () => {
+get("add-model").onclick = async () => {
   if (!rights.acts) return;
-  const [models] = await call("tatu.models");
+  /** @type {[{ id: string, text: string }[]]} */
+  const [models] = /** @type {any} */ (await call("tatu.models"));
   list.replaceChildren(...models.map(({ id, text }) => {
-    const li = document.createElement("li");
-    const b = document.createElement("button");
-    b.className = "scene";
-    b.onclick = () => add(id);
+    const li = make("li");
+    const b = make("button", { className: "scene", onclick: () => add(id) });
     const name = document.createElement("strong");
     name.textContent = id;
     const small = document.createElement("small");

@@ -1,6 +1,9 @@
+// @ts-check
 // Moving and turning what is selected, by arrows and rings in the view.
 
 import { TransformControls } from "three/gizmo";
+import { failure, newest } from "tatu/calls";
+import { get } from "tatu/dom";
 import { call } from "tatu/net";
 import { groups } from "tatu/objects";
 import { changed, rights, selected, watch } from "tatu/store";
@@ -10,7 +13,10 @@ import { line } from "tatu/output";
 const gizmo = new TransformControls(camera, renderer.domElement);
 gizmo.setSpace("local");
 stage.add(gizmo.getHelper());
-const buttons = { translate: document.getElementById("move"), rotate: document.getElementById("turn") };
+/** @typedef {"translate" | "rotate"} Mode */
+/** @type {[Mode, HTMLElement][]} */
+const buttons = [["translate", get("move")], ["rotate", get("turn")]];
+/** @type {Mode | ""} */
 let mode = "";
 
 function hold() {
@@ -19,11 +25,11 @@ function hold() {
     gizmo.setMode(mode);
     gizmo.attach(group);
   } else gizmo.detach();
-  for (const [m, b] of Object.entries(buttons)) b.setAttribute("aria-pressed", String(m === mode));
+  for (const [m, b] of buttons) b.setAttribute("aria-pressed", String(m === mode));
   redraw();
 }
 
-for (const [m, b] of Object.entries(buttons)) {
+for (const [m, b] of buttons) {
   b.onclick = () => { mode = mode === m ? "" : m; hold(); };
 }
 watch("selected", hold);
@@ -31,18 +37,18 @@ watch("scene", hold);
 gizmo.addEventListener("dragging-changed", (e) => { controls.enabled = !e.value; });
 gizmo.addEventListener("change", redraw);
 
-let sending = false;
-gizmo.addEventListener("objectChange", async () => {
-  if (sending) return;
-  sending = true;
-  const group = gizmo.object;
-  const p = group.position;
-  const q = group.quaternion.clone().normalize();
+/** The newest pose, and whose it is: a drag may end on one object while a pose of it is still on the way. */
+const move = newest(async (/** @type {{ id: number, pose: number[] }} */ { id, pose }) => {
   try {
-    await call("tatu.set", selected(), "object.pose", [p.x, p.y, p.z, q.x, q.y, q.z, q.w]);
+    await call("tatu.set", id, "object.pose", pose);
     changed();
   } catch (e) {
-    line("Status", e.error, "error");
+    line("Status", failure(e).error, "error");
   }
-  sending = false;
+});
+gizmo.addEventListener("objectChange", () => {
+  const group = gizmo.object;
+  if (!group) return;
+  const q = group.quaternion.clone().normalize();
+  move({ id: group.userData.id, pose: [...group.position.toArray(), q.x, q.y, q.z, q.w] });
 });

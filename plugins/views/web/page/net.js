@@ -1,92 +1,125 @@
+// @ts-check
 // The connection: what comes in is handed to whoever asked for its kind.
 
+import { Calls } from "tatu/calls";
+import { BINARY } from "tatu/parse";
+
+/** @import { FromPage, ToPage } from "tatu/protocol" */
+
+/** @typedef {{ name: string, service: string, instance: string }} Program What a program says of itself at `/tatu`. */
+/**
+ * What handlers get, by the kind of message: the text messages of the program, binary ones, and those of the connection
+ * itself: why there is none, that there is one, and before its first message that it is not the first one.
+ * @typedef {{ [M in ToPage as M["type"]]: M } & { frame: DataView, mesh: DataView, image: DataView,
+ *   lost: "gone" | "other" | "old", connected: null, again: { restarted: boolean } }} Messages
+ */
+/**
+ * A request that is answered, without its number.
+ * @typedef {FromPage extends infer M ? M extends { id: number } ? Omit<M, "id"> : never : never} Asked
+ */
+
+/** @type {Map<string, ((message: any) => void)[]>} */
 const handlers = new Map();
+/** @type {WebSocket | null} */
 let socket = null;
-/** The program, as it says at `/tatu`; a program that was started again has another instance. */
+/** The instance of the program that the page knows; one that was started again has another. */
 let program = "";
-let asked = 0;
-const waiting = new Map();
+const calls = new Calls();
 
-/** Calls `f` with each message of a kind: a key of its JSON, or "frame", "mesh", "image". */
+/**
+ * Calls `f` with each message of a kind: the `type` of its JSON, or "frame", "mesh", "image", "lost", "connected", "again".
+ * @template {keyof Messages} K
+ * @param {K} kind
+ * @param {(message: Messages[K]) => void} f
+ */
 export function on(kind, f) {
-  if (!handlers.has(kind)) handlers.set(kind, []);
-  handlers.get(kind).push(f);
+  const all = handlers.get(kind);
+  if (all) all.push(f);
+  else handlers.set(kind, [f]);
 }
 
-function tell(kind, value) {
-  for (const f of handlers.get(kind) ?? []) f(value);
+/**
+ * @template {keyof Messages} K
+ * @param {K} kind
+ * @param {Messages[K]} message
+ */
+function tell(kind, message) {
+  for (const f of handlers.get(kind) ?? []) f(message);
 }
 
-function isOpen() {
-  return socket?.readyState === WebSocket.OPEN;
-}
-
-/** Sends a message; without a connection it is lost. */
+/**
+ * Sends a message; false: there is no connection.
+ * @param {FromPage} message
+ */
 export function send(message) {
-  if (isOpen()) socket.send(JSON.stringify(message));
+  if (socket?.readyState !== WebSocket.OPEN) return false;
+  socket.send(JSON.stringify(message));
+  return true;
 }
 
-/** Sends a message that is answered; a promise of its results. */
-export function ask(message, what) {
-  const id = ++asked;
-  return new Promise((good, bad) => {
-    if (!isOpen()) {
-      bad({ error: `${what} was not done: there is no connection to the program`, help: "do it again once the page is connected" });
-      return;
-    }
-    waiting.set(id, { good, bad, what });
-    send({ ...message, id });
-  });
+/**
+ * Sends a message that is answered; a promise of its results, or of a failure. `what` names it in errors.
+ * @param {Asked} message
+ * @param {string} what
+ * @returns {Promise<any[]>}
+ */
+export async function ask(message, what) {
+  needConnection(`${what} was not done`, "do it again once the page is connected");
+  const { id, results } = calls.begin(what);
+  send(/** @type {FromPage} */ ({ ...message, id }));
+  return results;
 }
 
-/** Calls a command; a promise of its results. */
+/**
+ * Fails without a connection.
+ * @param {string} result
+ * @param {string} help
+ */
+function needConnection(result, help) {
+  if (socket?.readyState !== WebSocket.OPEN) throw { error: `${result}: there is no connection to the program`, help };
+}
+
+/**
+ * Calls a command; a promise of its results, or of a failure `{ error, help }`.
+ * @param {string} name
+ * @param {...unknown} args
+ */
 export function call(name, ...args) {
-  return ask({ call: name, args }, `\`${name}\``);
-}
-
-/** Refuses what is not answered yet: its answer will not come over another connection. */
-function refuseAll() {
-  const all = [...waiting.values()];
-  waiting.clear();
-  for (const { bad, what } of all) {
-    bad({ error: `the connection was lost before the program answered ${what}`, help: "look whether it was done, and do it again if not" });
-  }
+  return ask({ type: "call", name, args }, `\`${name}\``);
 }
 
 /** Bytes of a part of a file. */
 const PART = 2 << 20;
 
-/** Sends a file in parts; a promise of its name for commands. */
+/**
+ * Sends a file in parts; a promise of its name for commands.
+ * @param {File} file
+ * @returns {Promise<string>}
+ */
 export async function upload(file) {
   const bytes = new Uint8Array(await file.arrayBuffer());
   const what = `the file ${file.name}`;
-  if (!isOpen()) throw { error: `${what} was not sent: there is no connection to the program`, help: "drop it again once the page is connected" };
-  const id = ++asked;
-  const done = new Promise((good, bad) => waiting.set(id, { good: ([name]) => good(name), bad, what }));
+  needConnection(`${what} was not sent`, "drop it again once the page is connected");
+  const { id, results } = calls.begin(what);
   for (let at = 0; at === 0 || at < bytes.length; at += PART) {
     let text = "";
     for (const b of bytes.subarray(at, at + PART)) text += String.fromCharCode(b);
-    send({ drop: file.name, part: btoa(text), last: at + PART >= bytes.length, id });
+    send({ type: "drop", id, file: file.name, part: btoa(text), last: at + PART >= bytes.length });
   }
-  return done;
+  return (await results)[0];
 }
 
-const BINARY = { 1: "frame", 2: "mesh", 3: "image" };
-
+/** @param {MessageEvent} event */
 function receive(event) {
   if (event.data instanceof ArrayBuffer) {
     const view = new DataView(event.data);
-    return tell(BINARY[view.getUint8(0)], view);
-  }
-  const message = JSON.parse(event.data);
-  const promise = waiting.get(message.of);
-  if (promise) {
-    waiting.delete(message.of);
-    if ("error" in message) promise.bad(message);
-    else promise.good(message.result);
+    const kind = BINARY[view.getUint8(0)];
+    if (kind) tell(kind, view);
     return;
   }
-  for (const kind of Object.keys(message)) tell(kind, message);
+  /** @type {ToPage} */
+  const message = JSON.parse(event.data);
+  if (!calls.answer(message)) tell(message.type, /** @type {any} */ (message));
 }
 
 /** The token: from the address, which then forgets it, or from before a reload. */
@@ -104,11 +137,15 @@ const WAITS = [100, 200, 400, 800, 1500, 2000];
 /** How long an answer may take before nobody is there, ms. */
 const PATIENCE = 2000;
 
+/** @param {string} path */
 function get(path) {
   return fetch(path, { cache: "no-store", signal: AbortSignal.timeout(PATIENCE) });
 }
 
-/** Who is at this address: what the program says of itself; null for another program, undefined for nobody. */
+/**
+ * Who is at this address: what the program says of itself; null for another program, undefined for nobody.
+ * @returns {Promise<Program | null | undefined>}
+ */
 async function whoIsThere() {
   let answer;
   try {
@@ -133,7 +170,11 @@ async function isRefused() {
   }
 }
 
-/** Opens a socket; a promise of whether it has opened. */
+/**
+ * Opens a socket to a program; a promise of whether it has opened.
+ * @param {string} instance
+ * @returns {Promise<boolean>}
+ */
 function open(instance) {
   return new Promise((done) => {
     const own = new WebSocket(`ws://${location.host}/ws?token=${token()}`);
@@ -149,7 +190,7 @@ function open(instance) {
     own.onclose = () => {
       if (socket === own) {
         socket = null;
-        refuseAll();
+        calls.lose();
         connect();
       }
       done(false);
@@ -175,6 +216,7 @@ async function attempt() {
 /** Connects, and again whenever the connection is lost. */
 export async function connect() {
   for (let n = 0; !(await attempt()); n++) {
-    await new Promise((later) => setTimeout(later, WAITS[Math.min(n, WAITS.length - 1)]));
+    const wait = WAITS[Math.min(n, WAITS.length - 1)];
+    await new Promise((later) => setTimeout(later, wait));
   }
 }

@@ -1,36 +1,43 @@
+// @ts-check
 // Objects of the scene as groups of meshes, and where they stand.
 
 import * as THREE from "three";
-import { MANY, gather, hang, scatter } from "tatu/crowd";
+import { MANY, gather, hang, isLarge, scatter } from "tatu/crowd";
+import { get } from "tatu/dom";
 import { on } from "tatu/net";
+import { eachEntry, mesh as readMesh } from "tatu/parse";
 import { scene, selected, watch } from "tatu/store";
+
+/** @import { Joint, Part, SceneObject } from "tatu/protocol" */
+/** @import { Body, ObjectGroup } from "tatu/crowd" */
 
 /** Everything of the scene. */
 export const root = new THREE.Group();
-/** The group of each object, by handle; what hangs on a joint hangs on `moved` of its group. */
+/**
+ * The group of each object, by handle; what hangs on a joint hangs on `moved` of its group.
+ * @type {Map<number, ObjectGroup>}
+ */
 export const groups = new Map();
+/** @type {Map<string, THREE.BufferGeometry>} */
 const meshes = new Map();
+/** @type {Map<string, THREE.MeshLambertMaterial>} */
 const materials = new Map();
 const PLANE = 40;
 const UP = new THREE.Vector3(0, 0, 1);
 
 on("mesh", (view) => {
-  const bytes = new Uint8Array(view.buffer);
-  const sum = new TextDecoder().decode(bytes.subarray(4, 20));
+  const { sum, points, triangles } = readMesh(view);
   if (meshes.has(sum)) return;
-  const points = view.getUint32(20, true);
-  const triangles = view.getUint32(24, true);
-  const position = new Float32Array(view.buffer.slice(28, 28 + points * 12));
-  const index = new Uint32Array(view.buffer.slice(28 + points * 12, 28 + points * 12 + triangles * 12));
   let geometry = new THREE.BufferGeometry();
-  geometry.setAttribute("position", new THREE.BufferAttribute(position, 3));
-  geometry.setIndex(new THREE.BufferAttribute(index, 1));
+  geometry.setAttribute("position", new THREE.BufferAttribute(points, 3));
+  geometry.setIndex(new THREE.BufferAttribute(triangles, 1));
   // Flat faces and sharp edges: what is drawn is what is there.
   geometry = geometry.toNonIndexed();
   geometry.computeVertexNormals();
   meshes.set(sum, geometry);
 });
 
+/** @type {{ [form: string]: THREE.BufferGeometry }} */
 const shared = {
   box: new THREE.BoxGeometry(1, 1, 1),
   sphere: new THREE.SphereGeometry(0.5, 32, 16),
@@ -39,52 +46,74 @@ const shared = {
 };
 /** What stands for round things in large scenes, where each is small. */
 const coarse = new Map([
-  [shared.sphere, new THREE.SphereGeometry(0.5, 10, 6)],
+  [shared.sphere, /** @type {THREE.BufferGeometry} */ (new THREE.SphereGeometry(0.5, 10, 6))],
   [shared.cylinder, new THREE.CylinderGeometry(0.5, 0.5, 1, 10).rotateX(Math.PI / 2)],
 ]);
 
+/** @param {[number, number, number]} color */
 function material(color) {
   const key = color.map((x) => x.toFixed(3)).join();
-  if (!materials.has(key)) {
+  let found = materials.get(key);
+  if (!found) {
     const linear = new THREE.Color().setRGB(...color, THREE.SRGBColorSpace);
-    materials.set(key, new THREE.MeshLambertMaterial({ color: linear, side: THREE.DoubleSide }));
+    found = new THREE.MeshLambertMaterial({ color: linear, side: THREE.DoubleSide });
+    materials.set(key, found);
   }
-  return materials.get(key);
+  return found;
 }
 
+/**
+ * @param {Part} part
+ * @returns {Body}
+ */
 function body(part) {
-  if (part.form === "mesh") return new THREE.Mesh(meshes.get(part.mesh) ?? new THREE.BufferGeometry(), material(part.color));
+  if (part.form === "mesh") return new THREE.Mesh(meshes.get(part.mesh ?? "") ?? new THREE.BufferGeometry(), material(part.color));
   if (part.form === "capsule") {
-    const [d, , l] = part.size;
+    const [d = 1, , l = 1] = part.size ?? [];
     return new THREE.Mesh(new THREE.CapsuleGeometry(d / 2, Math.max(0, l - d), 8, 24).rotateX(Math.PI / 2), material(part.color));
   }
   const mesh = new THREE.Mesh(shared[part.form] ?? shared.box, material(part.color));
-  if (part.size?.length) mesh.scale.set(...part.size);
+  if (part.size?.length === 3) mesh.scale.fromArray(part.size);
   return mesh;
 }
 
-/** Places a thing by seven numbers. */
-function place(thing, [x, y, z, a, b, c, d]) {
-  thing.position.set(x, y, z);
-  thing.quaternion.set(a, b, c, d);
+/**
+ * Places a thing by seven numbers.
+ * @param {THREE.Object3D} thing
+ * @param {number[]} pose
+ */
+function place(thing, pose) {
+  thing.position.fromArray(pose);
+  thing.quaternion.fromArray(pose, 3);
 }
 
-function joint(group, o) {
-  group.userData.joint = o.joint;
+/**
+ * @param {ObjectGroup} group
+ * @param {Joint} described
+ */
+function joint(group, described) {
+  group.userData.joint = described;
+  if (group.userData.moved) return;
   const moved = new THREE.Group();
   group.add(moved);
   group.userData.moved = moved;
 }
 
+/**
+ * @param {ObjectGroup} group
+ * @param {SceneObject} o
+ */
 function path(group, o) {
   const points = [];
-  for (let i = 0; i + 6 < (o.points?.length ?? 0); i += 7) points.push(new THREE.Vector3(o.points[i], o.points[i + 1], o.points[i + 2]));
-  if (points.length < 2) return;
-  if (o.closed) points.push(points[0]);
-  group.add(new THREE.Line(new THREE.BufferGeometry().setFromPoints(points), new THREE.LineBasicMaterial({ color: 0x3b82f6 })));
+  const numbers = o.points ?? [];
+  for (let i = 0; i + 6 < numbers.length; i += 7) points.push(new THREE.Vector3().fromArray(numbers, i));
+  const [first] = points;
+  if (points.length < 2 || !first) return;
+  if (o.closed) points.push(first);
+  own(group, new THREE.Line(new THREE.BufferGeometry().setFromPoints(points), new THREE.LineBasicMaterial({ color: 0x3b82f6 })));
 }
 
-const hidden = document.getElementById("hidden");
+const hidden = get("hidden", HTMLInputElement);
 /** The layers of a scene that are seen at first, as in the original: the lower eight. */
 const SEEN = 0xff;
 
@@ -96,99 +125,129 @@ function show() {
 }
 hidden.onchange = show;
 
+/**
+ * Gives a group what the object itself looks like; what hangs on it stays.
+ * @param {ObjectGroup} group
+ * @param {SceneObject} o
+ */
+function dress(group, o) {
+  for (const old of group.userData.own) old.removeFromParent();
+  group.userData.own = [];
+  group.userData.bodies = [];
+  place(group, o.pose);
+  if (o.joint) joint(group, o.joint);
+  if (o.kind === "path") path(group, o);
+  for (const part of o.parts ?? []) {
+    const mesh = body(part);
+    place(mesh, part.pose);
+    mesh.userData.id = o.id;
+    mesh.castShadow = part.form !== "plane";
+    mesh.receiveShadow = true;
+    group.userData.bodies.push(mesh);
+    own(group, mesh);
+  }
+}
+
+/**
+ * @param {ObjectGroup} group
+ * @param {THREE.Object3D} thing
+ */
+function own(group, thing) {
+  group.userData.own.push(thing);
+  group.add(thing);
+}
+
+/** @param {number} id */
+function newGroup(id) {
+  const group = /** @type {ObjectGroup} */ (new THREE.Group());
+  group.userData = { id, bodies: [], own: [] };
+  return group;
+}
+
+/**
+ * What the group of an object hangs on.
+ * @param {SceneObject} o
+ */
+function above(o) {
+  const found = groups.get(o.parent);
+  return found ? (found.userData.moved ?? found) : root;
+}
+
+/** Hangs all groups where they belong. */
+function attach() {
+  for (const o of scene.objects.values()) {
+    const group = groups.get(o.id);
+    if (group && group.parent !== above(o)) above(o).add(group);
+  }
+}
+
+/** Draws the parts of large scenes together. */
+function crowdIfLarge() {
+  let parts = 0;
+  for (const group of groups.values()) parts += group.userData.bodies.length;
+  if (parts <= MANY) return;
+  for (const group of groups.values()) {
+    for (const mesh of group.userData.bodies) mesh.geometry = coarse.get(mesh.geometry) ?? mesh.geometry;
+  }
+  gather(root, groups);
+}
+
 watch("scene", () => {
   scatter(root);
   root.clear();
   groups.clear();
-  let parts = 0;
   for (const o of scene.objects.values()) {
-    const group = new THREE.Group();
-    group.userData = { id: o.id, bodies: [] };
-    place(group, o.pose);
-    if (o.kind === "joint") joint(group, o);
-    if (o.kind === "path") path(group, o);
-    for (const part of o.parts ?? []) {
-      const mesh = body(part);
-      place(mesh, part.pose);
-      mesh.userData.id = o.id;
-      mesh.castShadow = part.form !== "plane";
-      mesh.receiveShadow = true;
-      group.userData.bodies.push(mesh);
-      group.add(mesh);
-      parts++;
-    }
+    const group = newGroup(o.id);
+    dress(group, o);
     groups.set(o.id, group);
   }
-  for (const o of scene.objects.values()) {
-    const above = groups.get(o.parent);
-    (above ? (above.userData.moved ?? above) : root).add(groups.get(o.id));
-  }
+  attach();
   show();
-  if (parts > MANY) {
-    for (const group of groups.values()) {
-      for (const mesh of group.userData.bodies) mesh.geometry = coarse.get(mesh.geometry) ?? mesh.geometry;
-    }
-    gather(root, groups);
-  }
+  crowdIfLarge();
 });
 
-/** Takes a turn as it is sent. */
-function turn(quaternion, view, at) {
-  quaternion.set(view.getInt16(at, true), view.getInt16(at + 2, true), view.getInt16(at + 4, true), view.getInt16(at + 6, true)).normalize();
-}
+watch("objects", (changed) => {
+  // Bodies of a crowd hang on no object: the crowd is taken apart, and gathered again.
+  const large = isLarge();
+  if (large) {
+    scatter(root);
+    for (const group of groups.values()) group.add(...group.userData.bodies);
+  }
+  for (const o of changed) {
+    const group = groups.get(o.id);
+    if (group) dress(group, o);
+  }
+  attach();
+  show();
+  if (large) crowdIfLarge();
+  edge();
+});
 
-function numbers(view, at, n) {
-  return Array.from({ length: n }, (_, i) => view.getFloat64(at + 8 * i, true));
-}
-
+/**
+ * @param {ObjectGroup} group
+ * @param {number} x
+ */
 function move(group, x) {
   const { moved, joint: j } = group.userData;
-  if (!moved) return;
-  if (j.type === "prismatic") return moved.position.set(0, 0, x);
+  if (!moved || !j) return;
+  if (j.type === "prismatic") {
+    moved.position.set(0, 0, x);
+    return;
+  }
   moved.quaternion.setFromAxisAngle(UP, x);
   moved.position.set(0, 0, (j.lead * x) / (2 * Math.PI));
 }
 
 on("frame", (view) => {
-  const count = view.getUint32(16, true);
-  let at = 20;
-  for (let i = 0; i < count; i++) {
-    const head = view.getUint32(at, true);
-    at += 4;
-    const group = groups.get(head & 0xffffff);
-    switch (head >>> 24) {
-      case 0:
-        if (group) {
-          group.position.set(view.getInt32(at, true) / 1e4, view.getInt32(at + 4, true) / 1e4, view.getInt32(at + 8, true) / 1e4);
-          turn(group.quaternion, view, at + 12);
-        }
-        at += 20;
-        break;
-      case 1:
-        if (group) move(group, view.getFloat32(at, true));
-        at += 4;
-        break;
-      case 2:
-        if (group?.userData.moved) turn(group.userData.moved.quaternion, view, at);
-        at += 8;
-        break;
-      // Those of a film, in full precision.
-      case 3:
-        if (group) place(group, numbers(view, at, 7));
-        at += 56;
-        break;
-      case 4:
-        if (group) move(group, view.getFloat64(at, true));
-        at += 8;
-        break;
-      case 5:
-        group?.userData.moved?.quaternion.set(...numbers(view, at, 4));
-        at += 32;
-        break;
-      default:
-        return;
-    }
-  }
+  eachEntry(view, (id, what, numbers) => {
+    const group = groups.get(id);
+    if (!group) return;
+    if (what === "pose") {
+      place(group, numbers);
+      group.quaternion.normalize();
+    } else if (what === "position") move(group, numbers[0] ?? 0);
+    else group.userData.moved?.quaternion.fromArray(numbers).normalize();
+  });
 });
 
 /** The box around what is seen, without endless planes and what lies far off. */
@@ -201,7 +260,7 @@ export function bounds() {
       mesh.geometry.boundingBox ?? mesh.geometry.computeBoundingBox();
       mesh.updateMatrix();
       const matrix = new THREE.Matrix4().multiplyMatrices(group.matrixWorld, mesh.matrix);
-      const own = mesh.geometry.boundingBox.clone().applyMatrix4(matrix);
+      const own = (mesh.geometry.boundingBox ?? new THREE.Box3()).clone().applyMatrix4(matrix);
       if (!own.isEmpty() && own.min.length() < 1e3 && own.max.length() < 1e3) box.union(own);
     }
   }
@@ -211,8 +270,9 @@ export function bounds() {
 }
 
 // What is selected has a border of its own.
+/** @type {THREE.Group | null} */
 let border = null;
-watch("selected", () => {
+function edge() {
   border?.removeFromParent();
   border = null;
   const group = groups.get(selected());
@@ -227,4 +287,5 @@ watch("selected", () => {
   }
   if (!group.userData.bodies.length) border.add(new THREE.AxesHelper(0.2));
   hang(group, border);
-});
+}
+watch("selected", edge);

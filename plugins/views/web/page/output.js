@@ -1,24 +1,28 @@
+// @ts-check
 // The status bar, and a tab for each console that scripts open.
 
+import { get, make } from "tatu/dom";
 import { on } from "tatu/net";
 
 const MOST = 1000;
-const tabs = document.getElementById("tabs");
-const output = document.getElementById("output");
+const tabs = get("tabs");
+const output = get("output");
+/** @type {Map<string, HTMLElement[]>} */
 const pages = new Map();
 let open = "Status";
 
+/** @param {string} name */
 function page(name) {
-  if (!pages.has(name)) {
-    pages.set(name, []);
-    const b = document.createElement("button");
-    b.textContent = name;
-    b.setAttribute("role", "tab");
-    b.onclick = () => show(name);
-    tabs.append(b);
-    mark();
-  }
-  return pages.get(name);
+  const known = pages.get(name);
+  if (known) return known;
+  /** @type {HTMLElement[]} */
+  const lines = [];
+  pages.set(name, lines);
+  const b = make("button", { textContent: name, onclick: () => show(name) });
+  b.setAttribute("role", "tab");
+  tabs.append(b);
+  mark();
+  return lines;
 }
 
 function mark() {
@@ -28,6 +32,7 @@ function mark() {
   }
 }
 
+/** @param {string} name */
 function show(name) {
   open = name;
   mark();
@@ -41,30 +46,33 @@ export function clear() {
   show(open);
 }
 
-/** Writes a line. */
+/**
+ * Writes a line.
+ * @param {string} name
+ * @param {string} text
+ * @param {string} [level]
+ */
 export function line(name, text, level = "") {
-  const div = document.createElement("div");
-  div.className = level;
-  div.textContent = text;
+  const div = make("div", { className: level, textContent: text });
   const all = page(name);
   all.push(div);
   const bottom = output.scrollTop + output.clientHeight >= output.scrollHeight - 8;
-  if (all.length > MOST) all.shift().remove();
+  if (all.length > MOST) all.shift()?.remove();
   if (name === open) {
     output.append(div);
     if (bottom) output.scrollTop = output.scrollHeight;
   }
 }
 
-on("event", ({ event, payload }) => {
-  if (event === "message") line("Status", payload.text, payload.level);
-  else if (event === "console") {
+on("event", ({ name, payload }) => {
+  if (name === "message") line("Status", payload.text, payload.level);
+  else if (name === "console") {
     if (payload.clear) pages.set(payload.title, []);
     else line(payload.title, payload.text);
     if (open === payload.title) show(open);
   }
-  else if (event === "started") line("Status", "simulation started");
-  else if (event === "stopped") line("Status", "simulation stopped: the scene is as it was");
+  else if (name === "started") line("Status", "simulation started");
+  else if (name === "stopped") line("Status", "simulation stopped: the scene is as it was");
 });
 on("again", clear);
 on("error", ({ error, help }) => line("Status", help ? `${error} (${help})` : error, "error"));

@@ -1,23 +1,32 @@
+// @ts-check
 // Pictures of the scene for the gallery's recent scenes.
 
+import { get } from "tatu/dom";
 import { on, send } from "tatu/net";
 import { rights, scene, watch } from "tatu/store";
 import { drawn, renderer } from "tatu/view";
 
-/** Size of a picture; a smaller one if it takes more bytes than the program keeps. */
+/**
+ * Size of a picture; a smaller one if it takes more bytes than the program keeps.
+ * @type {[number, number][]}
+ */
 const SIZES = [[240, 150], [160, 100]];
 const MOST = 64 << 10;
 /** When a scene is first pictured and how often afterwards, ms. */
-const [FIRST, OFTEN] = [3000, 20000];
+const FIRST = 3000;
+const OFTEN = 20000;
 let sent = 0;
 
-/** The middle of the view, as a PNG in base64. */
+/**
+ * The middle of the view, as a PNG in base64.
+ * @param {[number, number]} size
+ */
 function picture([width, height]) {
   const from = renderer.domElement;
   const to = Object.assign(document.createElement("canvas"), { width, height });
   const scale = Math.min(from.width / width, from.height / height);
   const [w, h] = [width * scale, height * scale];
-  to.getContext("2d").drawImage(from, (from.width - w) / 2, (from.height - h) / 2, w, h, 0, 0, width, height);
+  to.getContext("2d")?.drawImage(from, (from.width - w) / 2, (from.height - h) / 2, w, h, 0, 0, width, height);
   return to.toDataURL("image/png").split(",")[1] ?? "";
 }
 
@@ -28,7 +37,7 @@ export function sendPicture() {
   const png = SIZES.map(picture).find((text) => text.length * 0.75 <= MOST);
   if (!png) return;
   sent = drawn;
-  send({ picture: png, scene: scene.file });
+  send({ type: "picture", scene: scene.file, png });
 }
 
 let file = "";
@@ -39,5 +48,5 @@ watch("scene", () => {
 });
 setInterval(() => { if (!document.hidden) sendPicture(); }, OFTEN);
 document.addEventListener("visibilitychange", () => { if (document.hidden) sendPicture(); });
-document.getElementById("save").addEventListener("click", sendPicture);
+get("save").addEventListener("click", sendPicture);
 on("again", () => { sent = 0; });

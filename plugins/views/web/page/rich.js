@@ -1,3 +1,4 @@
+// @ts-check
 // Texts of scripts with a few marks in them: what they mean is made of elements, never of markup.
 
 const TAGS = new Set(["B", "I", "U", "BIG", "SMALL", "BR", "P", "H1", "H2", "H3", "H4", "TABLE", "TBODY", "TR", "TD", "TH", "UL", "OL", "LI", "CENTER", "FONT", "SPAN", "DIV", "STRONG", "EM", "HR", "PRE", "TT", "CODE", "A"]);
@@ -5,19 +6,30 @@ const TAGS = new Set(["B", "I", "U", "BIG", "SMALL", "BR", "P", "H1", "H2", "H3"
 /** What `style` may say: colours and letters. */
 const STYLES = ["color", "background-color", "font-size", "font-weight", "font-style", "text-align"];
 
-/** Gives an element the style that a script asks for. */
+/** @typedef {(href: string) => void} OnLink */
+
+/**
+ * Gives an element the style that a script asks for.
+ * @param {HTMLElement} element
+ * @param {unknown} text
+ */
 export function restyle(element, text) {
   for (const key of STYLES) element.style.removeProperty(key);
   for (const one of String(text ?? "").replace(/^[^{]*\{|\}.*$/g, "").split(";")) {
     const [key, value] = one.split(":").map((x) => x.trim());
-    if (value && STYLES.includes(key) && !value.includes("url")) element.style.setProperty(key, value);
+    if (key && value && STYLES.includes(key) && !value.includes("url")) element.style.setProperty(key, value);
   }
 }
 
+/**
+ * @param {Element} node
+ * @param {HTMLElement} to
+ * @param {OnLink} [onLink]
+ */
 function copy(node, to, onLink) {
   for (const child of node.childNodes) {
-    if (child.nodeType === Node.TEXT_NODE) to.append(child.textContent);
-    if (child.nodeType !== Node.ELEMENT_NODE) continue;
+    if (child.nodeType === Node.TEXT_NODE) to.append(child.textContent ?? "");
+    if (!(child instanceof Element)) continue;
     if (!TAGS.has(child.tagName)) { if (child.tagName !== "SCRIPT" && child.tagName !== "STYLE") copy(child, to, onLink); continue; }
     const link = child.tagName === "A";
     const made = document.createElement(link ? "button" : child.tagName === "FONT" ? "span" : child.tagName);
@@ -32,7 +44,12 @@ function copy(node, to, onLink) {
   }
 }
 
-/** Fills an element with a text that may have marks. */
+/**
+ * Fills an element with a text that may have marks.
+ * @param {HTMLElement} element
+ * @param {unknown} text
+ * @param {OnLink} [onLink]
+ */
 export function fill(element, text, onLink) {
   element.replaceChildren();
   const plain = String(text ?? "");

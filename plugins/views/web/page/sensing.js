@@ -1,100 +1,135 @@
+// @ts-check
 // What sensors sense: beams to what was seen, fans of scans, images, places of GPS.
 
 import * as THREE from "three";
 import { hang, isLarge } from "tatu/crowd";
+import { get } from "tatu/dom";
+import { fan } from "tatu/geometry";
 import { on } from "tatu/net";
 import { groups } from "tatu/objects";
-import { scene, selected } from "tatu/store";
+import { image as readImage } from "tatu/parse";
+import { selected, watch } from "tatu/store";
 import { redraw } from "tatu/view";
+
+/** @import { Reading } from "tatu/protocol" */
+/** @typedef {Extract<Reading, { schema: "proximity" }>} Proximity */
+/** @typedef {Extract<Reading, { schema: "range_scan" }>} Scan */
+/** @typedef {Extract<Reading, { schema: "gps" }>} Place */
 
 const SEEN = new THREE.LineBasicMaterial({ color: 0xe0352b });
 const FREE = new THREE.LineBasicMaterial({ color: 0x2a9d5c, transparent: true, opacity: 0.35 });
 const POINT = new THREE.PointsMaterial({ color: 0xe0352b, size: 6, sizeAttenuation: false });
 const PLACE = new THREE.PointsMaterial({ color: 0x8a3ffc, size: 9, sizeAttenuation: false, depthTest: false });
 const FAN = new THREE.MeshBasicMaterial({ color: 0x2b7de0, transparent: true, opacity: 0.22, side: THREE.DoubleSide, depthWrite: false });
-const rays = document.getElementById("rays");
+const rays = get("rays", HTMLInputElement);
+/** What is drawn of each sensor, and what it read last, by handle. @type {Map<number, THREE.Group>} */
 const drawn = new Map();
+/** @type {Map<number, Reading>} */
+const last = new Map();
 
-function replace(id, parts) {
-  const group = groups.get(id);
-  drawn.get(id)?.removeFromParent();
-  drawn.get(id)?.traverse((x) => x.geometry?.dispose());
+/** @param {number} id */
+function erase(id) {
+  const old = drawn.get(id);
+  old?.removeFromParent();
+  old?.traverse((x) => {
+    if (x instanceof THREE.Mesh || x instanceof THREE.Line || x instanceof THREE.Points) x.geometry.dispose();
+  });
   drawn.delete(id);
-  if (!group || !parts) return;
-  const own = new THREE.Group();
-  own.add(...parts);
-  drawn.set(id, own);
-  hang(group, own);
 }
 
+/**
+ * @param {THREE.Vector3[]} points
+ * @param {THREE.LineBasicMaterial} material
+ */
 const lines = (points, material) => new THREE.Line(new THREE.BufferGeometry().setFromPoints(points), material);
 const O = new THREE.Vector3();
 
+/** @param {Proximity} r */
 function proximity(r) {
-  if (!r.detected) return [lines([O, new THREE.Vector3(0, 0, 0.15)], FREE)];
-  const at = new THREE.Vector3(...r.point);
+  if (!r.detected || !r.point) return [lines([O, new THREE.Vector3(0, 0, 0.15)], FREE)];
+  const at = new THREE.Vector3().fromArray(r.point);
   return [lines([O, at], SEEN), new THREE.Points(new THREE.BufferGeometry().setFromPoints([at]), POINT)];
 }
 
-/** A fan of triangles between neighbouring beams. */
+/**
+ * A fan of triangles between neighbouring beams.
+ * @param {Scan} r
+ */
 function scan(r) {
-  const points = [0, 0, 0];
-  const index = [];
-  r.distance.forEach((d, i) => {
-    const a = r.angle[i] ?? 0;
-    const length = d ?? 0;
-    points.push(Math.sin(a) * length, 0, Math.cos(a) * length);
-    if (i) index.push(0, i, i + 1);
-  });
+  const { points, index } = fan(r);
   const geometry = new THREE.BufferGeometry();
   geometry.setAttribute("position", new THREE.Float32BufferAttribute(points, 3));
   geometry.setIndex(index);
   return [new THREE.Mesh(geometry, FAN)];
 }
 
-/** Where a receiver says that it is, and the way from where it is. */
+/**
+ * Where a receiver says that it is, and the way from where it is.
+ * @param {THREE.Object3D} group
+ * @param {Place} r
+ */
 function gps(group, r) {
-  const there = group.worldToLocal(new THREE.Vector3(...r.position));
+  const there = group.worldToLocal(new THREE.Vector3().fromArray(r.position));
   return [lines([O, there], FREE), new THREE.Points(new THREE.BufferGeometry().setFromPoints([there]), PLACE)];
 }
 
+/**
+ * @param {THREE.Object3D} group
+ * @param {Reading} r
+ */
+function parts(group, r) {
+  switch (r.schema) {
+    case "proximity": return proximity(r);
+    case "range_scan": return scan(r);
+    case "gps": return gps(group, r);
+  }
+}
+
+/** Draws what a sensor read last. @param {number} id */
+function draw(id) {
+  erase(id);
+  const [group, reading] = [groups.get(id), last.get(id)];
+  // Of large scenes only what the selected sensor sees is drawn.
+  if (!group || !reading || !rays.checked || (isLarge() && id !== selected())) return;
+  const own = new THREE.Group();
+  own.add(...parts(group, reading));
+  drawn.set(id, own);
+  hang(group, own);
+}
+
+/** Draws all readings again. */
+function drawAll() {
+  for (const id of new Set([...drawn.keys(), ...last.keys()])) draw(id);
+  redraw();
+}
+
 on("readings", ({ readings }) => {
-  for (const [key, r] of Object.entries(readings)) {
+  for (const [key, reading] of Object.entries(readings)) {
     const id = Number(key);
-    const schema = scene.objects.get(id)?.schema;
-    // Of large scenes only what the selected sensor sees is drawn.
-    if (!rays.checked || (isLarge() && id !== selected())) replace(id, null);
-    else if (schema === "proximity") replace(id, proximity(r));
-    else if (schema === "gps") replace(id, gps(groups.get(id), r));
-    else if (schema === "range_scan" && r.distance.length) replace(id, scan(r));
+    if (reading) last.set(id, reading);
+    else last.delete(id);
+    draw(id);
   }
   redraw();
 });
-
-const canvas = document.getElementById("eye");
-/** An image of a sensor, the lowest row first. */
-on("image", (view) => {
-  if (view.getUint32(4, true) !== selected()) return;
-  const [w, h] = [view.getUint32(8, true), view.getUint32(12, true)];
-  canvas.width = w;
-  canvas.height = h;
-  const image = new ImageData(w, h);
-  const color = view.getUint8(2) === 0;
-  let far = 0;
-  if (!color) for (let i = 0; i < w * h; i++) far = Math.max(far, finite(view.getFloat32(16 + 4 * i, true)));
-  for (let y = 0; y < h; y++) {
-    for (let x = 0; x < w; x++) {
-      const from = y * w + x;
-      const to = 4 * ((h - 1 - y) * w + x);
-      for (let c = 0; c < 3; c++) {
-        image.data[to + c] = color ? view.getUint8(16 + 3 * from + c) : 255 * (1 - finite(view.getFloat32(16 + 4 * from, true)) / (far || 1));
-      }
-      image.data[to + 3] = 255;
-    }
-  }
-  canvas.getContext("2d").putImageData(image, 0, 0);
+// What was read before a reset or in another scene is no longer true.
+watch("scene", () => {
+  last.clear();
+  drawAll();
 });
+on("event", ({ name }) => {
+  if (name !== "stopped") return;
+  last.clear();
+  drawAll();
+});
+watch("selected", () => { if (isLarge()) drawAll(); });
+rays.onchange = drawAll;
 
-function finite(x) {
-  return Number.isFinite(x) ? x : 0;
-}
+const canvas = get("eye", HTMLCanvasElement);
+on("image", (view) => {
+  const { id, width, height, pixels } = readImage(view);
+  if (id !== selected() || !width || !height) return;
+  canvas.width = width;
+  canvas.height = height;
+  canvas.getContext("2d")?.putImageData(new ImageData(pixels, width, height), 0, 0);
+});

@@ -1,17 +1,29 @@
+// @ts-check
 // The tree of objects: a click selects, a double click opens the script.
 
+import { get } from "tatu/dom";
 import { openScript } from "tatu/editor";
 import { scene, select, selected, watch } from "tatu/store";
 
+/** @import { SceneObject } from "tatu/protocol" */
+
+/** @type {{ [kind: string]: string }} */
 const ICONS = {
   shape: "\u25A0", joint: "\u25CE", dummy: "\u2739", sensor: "\u25C9", actuator: "\u2191", force_sensor: "\u25B3",
   camera: "\u25A3", light: "\u2600", graph: "\u223F", path: "\u3030",
 };
-const tree = document.getElementById("tree");
-const search = document.getElementById("search");
+const tree = get("tree");
+const search = get("search", HTMLInputElement);
+/** @type {Set<number>} */
 const closed = new Set();
+/** @type {Map<number, HTMLElement>} */
 let items = new Map();
 
+/**
+ * @param {string} text
+ * @param {string} title
+ * @param {() => void} f
+ */
 function button(text, title, f) {
   const b = document.createElement("button");
   b.className = "tool";
@@ -22,13 +34,17 @@ function button(text, title, f) {
   return b;
 }
 
+/**
+ * @param {SceneObject} object
+ * @param {HTMLElement[]} children
+ */
 function item(object, children) {
   const li = document.createElement("li");
   li.setAttribute("role", "none");
   const row = document.createElement("div");
   row.className = "item";
   row.setAttribute("role", "treeitem");
-  row.dataset.id = object.id;
+  row.dataset.id = String(object.id);
   const twist = document.createElement("span");
   twist.className = "twist";
   twist.textContent = children.length ? (closed.has(object.id) ? "\u25B8" : "\u25BE") : "";
@@ -49,7 +65,7 @@ function item(object, children) {
     row.append(button("\u270E", `Script ${script.name}`, () => openScript(script)));
   }
   row.onclick = () => select(object.id);
-  row.ondblclick = () => { if (object.scripts?.length) openScript(object.scripts[0]); };
+  row.ondblclick = () => { const [script] = object.scripts ?? []; if (script) openScript(script); };
   items.set(object.id, row);
   li.append(row);
   if (children.length && !closed.has(object.id)) {
@@ -62,19 +78,22 @@ function item(object, children) {
 }
 
 function draw() {
+  /** @type {Map<number, SceneObject[]>} */
   const below = new Map();
   for (const o of scene.objects.values()) {
-    if (!below.has(o.parent)) below.set(o.parent, []);
-    below.get(o.parent).push(o);
+    const known = below.get(o.parent);
+    if (known) known.push(o);
+    else below.set(o.parent, [o]);
   }
   const wanted = search.value.trim().toLowerCase();
   items = new Map();
-  const build = (o) => {
-    const children = (below.get(o.id) ?? []).map(build).filter(Boolean);
+  /** @returns {HTMLElement | null} */
+  const build = (/** @type {SceneObject} */ o) => {
+    const children = (below.get(o.id) ?? []).map(build).filter((c) => c !== null);
     const meant = !wanted || o.alias.toLowerCase().includes(wanted) || children.length;
     return meant ? item(o, children) : null;
   };
-  const roots = (below.get(0) ?? []).map(build).filter(Boolean);
+  const roots = (below.get(0) ?? []).map(build).filter((c) => c !== null);
   for (const script of scene.scripts) {
     const li = document.createElement("li");
     const row = document.createElement("div");
@@ -88,16 +107,18 @@ function draw() {
   mark(selected());
 }
 
+/** @param {number} id */
 function mark(id) {
   for (const [n, row] of items) row.setAttribute("aria-selected", String(n === id));
   items.get(id)?.scrollIntoView({ block: "nearest" });
 }
 
 tree.addEventListener("keydown", (e) => {
-  const all = [...items.keys()];
+  const rows = [...tree.querySelectorAll("[data-id]")].filter((e) => e instanceof HTMLElement);
+  const all = rows.map((e) => Number(e.dataset.id));
   const at = all.indexOf(selected());
-  if (e.key === "ArrowDown") select(all[Math.min(at + 1, all.length - 1)]);
-  else if (e.key === "ArrowUp") select(all[Math.max(at - 1, 0)]);
+  if (e.key === "ArrowDown") select(all[Math.min(at + 1, all.length - 1)] ?? 0);
+  else if (e.key === "ArrowUp") select(all[Math.max(at - 1, 0)] ?? 0);
   else if (e.key === "ArrowLeft") { closed.add(selected()); draw(); }
   else if (e.key === "ArrowRight") { closed.delete(selected()); draw(); }
   else if (e.key === "Enter") {
@@ -114,6 +135,7 @@ watch("scene", () => {
   }
   draw();
 });
+watch("objects", draw);
 watch("selected", (id) => {
   let up = scene.objects.get(id)?.parent;
   let opened = false;

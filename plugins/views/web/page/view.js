@@ -1,14 +1,18 @@
+// @ts-check
 // The 3-D view: camera, light, floor grid, and when a picture is drawn.
 
 import * as THREE from "three";
 import { OrbitControls } from "three/controls";
 import { crowd, hitId, isLarge, place } from "tatu/crowd";
+import { get } from "tatu/dom";
 import { on } from "tatu/net";
 import { bounds, groups, root } from "tatu/objects";
 import { select, selected, watch } from "tatu/store";
 
 THREE.Object3D.DEFAULT_UP.set(0, 0, 1);
-const host = document.getElementById("view");
+/** @import { ObjectGroup } from "tatu/crowd" */
+
+const host = get("view");
 const dark = matchMedia("(prefers-color-scheme: dark)");
 
 export const stage = new THREE.Scene();
@@ -27,9 +31,13 @@ const sun = new THREE.DirectionalLight(0xffffff, 2.2);
 sun.castShadow = true;
 sun.shadow.mapSize.set(2048, 2048);
 stage.add(sun, sun.target, new THREE.HemisphereLight(0xffffff, 0x8d8d88, 1.5), root, crowd);
+/** @type {THREE.GridHelper | null} */
 let grid = null;
 
-/** The grid lies below what is there, a line for each metre. */
+/**
+ * The grid lies below what is there, a line for each metre.
+ * @param {number} size
+ */
 function lay(size) {
   if (grid) stage.remove(grid);
   const n = Math.min(200, Math.max(10, 2 * Math.ceil(size)));
@@ -73,8 +81,11 @@ new ResizeObserver(() => {
   redraw();
 }).observe(host);
 
-/** Moves the camera so that everything, or what is selected, is seen. */
-export function fit(object = null) {
+/**
+ * Moves the camera so that everything, or what is selected, is seen.
+ * @param {THREE.Object3D} [object]
+ */
+export function fit(object) {
   const box = object ? new THREE.Box3().setFromObject(object) : bounds();
   if (box.isEmpty()) return;
   const center = box.getCenter(new THREE.Vector3());
@@ -89,6 +100,10 @@ export function fit(object = null) {
   redraw();
 }
 
+/**
+ * @param {THREE.Vector3} center
+ * @param {number} radius
+ */
 function light(center, radius) {
   const r = Math.min(radius, 15);
   sun.position.set(center.x + r, center.y - 0.7 * r, center.z + 2 * r);
@@ -99,7 +114,8 @@ function light(center, radius) {
 }
 
 // Follow: the camera keeps its place beside the object.
-const follow = document.getElementById("follow");
+const follow = get("follow");
+/** @type {THREE.Vector3 | null} */
 let last = null;
 follow.onclick = () => {
   const is = follow.getAttribute("aria-pressed") !== "true";
@@ -107,8 +123,9 @@ follow.onclick = () => {
   last = null;
 };
 on("frame", () => {
-  if (follow.getAttribute("aria-pressed") === "true" && groups.has(selected())) {
-    const here = groups.get(selected()).getWorldPosition(new THREE.Vector3());
+  const followed = groups.get(selected());
+  if (follow.getAttribute("aria-pressed") === "true" && followed) {
+    const here = followed.getWorldPosition(new THREE.Vector3());
     if (last) {
       const way = here.clone().sub(last);
       camera.position.add(way);
@@ -120,9 +137,13 @@ on("frame", () => {
   redraw();
 });
 
-document.getElementById("fit").onclick = () => fit(groups.get(selected()));
+get("fit").onclick = () => fit(groups.get(selected()));
+/** @type {string | null} */
 let file = null;
-/** Looks from where a camera of the scene does: along its z axis, to about the middle of what is there. */
+/**
+ * Looks from where a camera of the scene does: along its z axis, to about the middle of what is there.
+ * @param {ObjectGroup} group
+ */
 function lookFrom(group) {
   root.updateMatrixWorld(true);
   const box = bounds();
@@ -142,12 +163,23 @@ function lookFrom(group) {
 watch("scene", (scene) => {
   // Another scene is seen from its own camera or as a whole; the same one is seen as before.
   const own = [...scene.objects.values()].find((o) => o.kind === "camera");
-  if (file !== scene.file) requestAnimationFrame(() => (own ? lookFrom(groups.get(own.id)) : fit()));
+  if (file !== scene.file) {
+    requestAnimationFrame(() => {
+      const group = groups.get(own?.id ?? 0);
+      if (group) lookFrom(group);
+      else fit();
+    });
+  }
   file = scene.file;
   redraw();
 });
 
-/** The ray of a pointer. */
+watch("objects", redraw);
+
+/**
+ * The ray of a pointer.
+ * @param {{ clientX: number, clientY: number }} e
+ */
 export function rayAt(e) {
   const box = renderer.domElement.getBoundingClientRect();
   const at = new THREE.Vector2(((e.clientX - box.left) / box.width) * 2 - 1, 1 - ((e.clientY - box.top) / box.height) * 2);
@@ -156,13 +188,17 @@ export function rayAt(e) {
   return ray;
 }
 
-/** The object below a pointer, and the point of it that is seen. */
+/**
+ * The object below a pointer, and the point of it that is seen.
+ * @param {{ clientX: number, clientY: number }} e
+ */
 export function hitAt(e) {
-  const hit = rayAt(e).intersectObjects([root, crowd], true).find((h) => h.object.isMesh && h.object.visible && hitId(h));
+  const hit = rayAt(e).intersectObjects([root, crowd], true).find((h) => h.object instanceof THREE.Mesh && h.object.visible && hitId(h));
   return hit ? { id: hitId(hit), point: hit.point } : null;
 }
 
 // A click selects what is seen there; a drag turns the camera.
+/** @type {[number, number] | null} */
 let down = null;
 renderer.domElement.addEventListener("pointerdown", (e) => { down = [e.clientX, e.clientY]; host.focus({ preventScroll: true }); });
 renderer.domElement.addEventListener("pointerup", (e) => {

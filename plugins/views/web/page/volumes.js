@@ -1,3 +1,4 @@
+// @ts-check
 // The volume in which the selected sensor senses; it lights up when something is in it.
 
 import * as THREE from "three";
@@ -7,12 +8,21 @@ import { groups } from "tatu/objects";
 import { scene, selected, watch } from "tatu/store";
 import { redraw } from "tatu/view";
 
+/** @import { Volume } from "tatu/protocol" */
+
 const FREE = 0x2a9d5c;
 const SEEN = 0xe0352b;
 const fill = new THREE.MeshBasicMaterial({ color: FREE, transparent: true, opacity: 0.18, side: THREE.DoubleSide, depthWrite: false });
 const edge = new THREE.LineBasicMaterial({ color: FREE, transparent: true, opacity: 0.6 });
 
-/** From the near face to the far one, along z: each has half a width and half a height. */
+/**
+ * From the near face to the far one, along z: each has half a width and half a height.
+ * @param {[number, number]} near
+ * @param {number} from
+ * @param {[number, number]} far
+ * @param {number} to
+ * @param {number} sides
+ */
 function between(near, from, far, to, sides) {
   const geometry = new THREE.CylinderGeometry(1, 1, 1, sides, 1, true, sides === 4 ? Math.PI / 4 : 0).rotateX(Math.PI / 2);
   const scale = sides === 4 ? Math.SQRT2 : 1;
@@ -25,8 +35,11 @@ function between(near, from, far, to, sides) {
   return geometry;
 }
 
-/** A part of a ball about the sensor, as far as it senses. */
-function cone({ range, near = 0, angle = 0 }) {
+/**
+ * A part of a ball about the sensor, as far as it senses.
+ * @param {Volume} volume
+ */
+function cone({ range = 0, near = 0, angle = 0 }) {
   const half = Math.min(angle / 2, Math.PI);
   const points = [];
   for (let i = 0; i <= 8; i++) points.push(new THREE.Vector2(Math.sin((half * i) / 8) * range, Math.cos((half * i) / 8) * range));
@@ -34,21 +47,38 @@ function cone({ range, near = 0, angle = 0 }) {
   return new THREE.LatheGeometry(points, 24).rotateX(Math.PI / 2);
 }
 
+/**
+ * Half of a size.
+ * @param {[number, number]} [size]
+ * @returns {[number, number]}
+ */
+function half([w, h] = [0, 0]) {
+  return [w / 2, h / 2];
+}
+
+/** @param {Volume} v */
 function geometry(v) {
   const [range, near] = [v.range ?? 0, v.near ?? 0];
   if (!(range > 0)) return null;
   switch (v.volume) {
     case "cone": return cone(v);
-    case "pyramid": return between(v.size_near.map((x) => x / 2), near, v.size_far.map((x) => x / 2), range, 4);
-    case "cylinder": return between([v.radius_near, v.radius_near], near, [v.radius_far, v.radius_far], range, 24);
+    case "pyramid": return between(half(v.size_near), near, half(v.size_far), range, 4);
+    case "cylinder": {
+      const [from, to] = [v.radius_near ?? 0, v.radius_far ?? 0];
+      return between([from, from], near, [to, to], range, 24);
+    }
     default: return null;
   }
 }
 
+/** @type {THREE.Group | null} */
 let shown = null;
-watch("selected", (id) => {
+/** @param {number} id */
+function show(id) {
   shown?.removeFromParent();
-  shown?.traverse((x) => x.geometry?.dispose());
+  shown?.traverse((x) => {
+    if (x instanceof THREE.Mesh || x instanceof THREE.LineSegments) x.geometry.dispose();
+  });
   shown = null;
   const group = groups.get(id);
   const form = group && geometry(scene.objects.get(id)?.volume ?? {});
@@ -57,9 +87,13 @@ watch("selected", (id) => {
   shown.add(new THREE.Mesh(form, fill), new THREE.LineSegments(new THREE.EdgesGeometry(form, 30), edge));
   hang(group, shown);
   redraw();
-});
+}
+watch("selected", show);
+watch("scene", () => show(selected()));
+watch("objects", (changed) => { if (changed.some((o) => o.id === selected())) show(selected()); });
 on("readings", ({ readings }) => {
   const own = readings[selected()];
-  if (!own || !shown) return;
-  for (const material of [fill, edge]) material.color.setHex(own.detected ? SEEN : FREE);
+  if (own === undefined || !shown) return;
+  const detected = own?.schema === "proximity" && own.detected;
+  for (const material of [fill, edge]) material.color.setHex(detected ? SEEN : FREE);
 });

@@ -1,10 +1,29 @@
+// @ts-check
 // The widgets of windows that scripts open: each is built once and brought up to date when the script changes it.
 
+import { make } from "tatu/dom";
 import { plot } from "tatu/plot";
 import { fill, restyle } from "tatu/rich";
 
-const make = (tag, more = {}) => Object.assign(document.createElement(tag), more);
+/**
+ * What a widget holds: keys and values that the script sets.
+ * @typedef {{ [key: string]: any }} Values
+ */
+/** @typedef {{ element: string, above?: number | null, values: Values }} Widget */
+/**
+ * The widgets of a window, the element of each, and what tells the script that something was done to one.
+ * @typedef {{ widgets: Widget[], made: HTMLElement[], act_on: (n: number, what: string, value?: unknown) => void }} WidgetWindow
+ */
+/** @typedef {(what: string, value?: unknown) => void} Tell */
+/**
+ * @template {HTMLElement} E
+ * @typedef {{ make: (v: Values, tell: Tell) => E, set: (e: E, v: Values, tell: Tell) => void }} Kind
+ */
 
+/**
+ * @param {Values} v
+ * @param {string} type
+ */
 function range(v, type) {
   const input = make("input", { type, min: v.minimum ?? 0, max: v.maximum ?? 100, step: v.step ?? 1, value: v.value ?? 0 });
   if (type === "number" && v.float) input.step = v.step && v.step !== 1 ? v.step : "any";
@@ -12,6 +31,7 @@ function range(v, type) {
 }
 
 /** Elements by name: `make` builds one, `set` shows what it holds. `tell` says what was done. */
+/** @type {{ [element: string]: Kind<any> | undefined }} */
 const WIDGETS = {
   label: {
     make: () => make("div", { className: "label" }),
@@ -43,8 +63,8 @@ const WIDGETS = {
     },
     set: (e, v) => { if (e !== document.activeElement) e.value = v.value ?? ""; },
   },
-  checkbox: { make: (v, tell) => tick("checkbox", v, (on) => tell("change", on)), set: ticked },
-  radiobutton: { make: (v, tell) => tick("radio", v, () => tell("click")), set: ticked },
+  checkbox: { make: (v, tell) => tick("checkbox", (on) => tell("change", on)), set: ticked },
+  radiobutton: { make: (v, tell) => tick("radio", () => tell("click")), set: ticked },
   progressbar: {
     make: () => make("progress"),
     set: (e, v) => {
@@ -59,25 +79,28 @@ const WIDGETS = {
       return list;
     },
     set: (e, v) => {
-      e.replaceChildren(...(v.items ?? []).map((text) => new Option(text)));
+      e.replaceChildren(...(v.items ?? []).map((/** @type {string} */ text) => new Option(text)));
       e.selectedIndex = v.index ?? 0;
     },
   },
   table: {
     make: () => make("table"),
     set: (e, v) => {
-      const row = (cells, tag) => {
+      const row = (/** @type {string[]} */ cells, /** @type {"td" | "th"} */ tag) => {
         const tr = make("tr");
         tr.append(...cells.map((text) => make(tag, { textContent: text })));
         return tr;
       };
-      e.replaceChildren(...(v.headers?.length ? [row(v.headers, "th")] : []), ...(v.rows ?? []).map((r) => row(r, "td")));
+      e.replaceChildren(...(v.headers?.length ? [row(v.headers, "th")] : []), ...(v.rows ?? []).map((/** @type {string[]} */ r) => row(r, "td")));
     },
   },
   tree: {
     make: () => make("ul", { className: "items" }),
     set: (e, v, tell) => {
-      const below = (id) => (v.rows ?? []).filter((r) => (r.above ?? 0) === id).map((r) => {
+      /** @type {{ id: number, above?: number, texts: string[], open?: boolean }[]} */
+      const rows = v.rows ?? [];
+      /** @returns {HTMLElement[]} */
+      const below = (/** @type {number} */ id) => rows.filter((r) => (r.above ?? 0) === id).map((r) => {
         const li = make("li");
         const b = make("button", { textContent: r.texts.join("  "), onclick: () => tell("select", r.id) });
         b.classList.toggle("on", v.selected === r.id);
@@ -97,9 +120,12 @@ const WIDGETS = {
   svg: { make: () => make("img", { alt: "" }), set: draw },
   plot: {
     make: () => make("canvas", { width: 320, height: 200 }),
-    set: (e, v) => plot(e, (v.curves ?? []).map((c) => ({
-      name: c.name, color: (c.color ?? [200, 0, 0]).map((x) => x / 255), times: c.x, values: c.y,
-    })), (v.curves ?? []).every((c) => c.kind === 0) ? "s" : ""),
+    set: (e, v) => {
+      /** @type {{ name: string, kind: number, color?: number[], x: number[], y: number[] }[]} */
+      const all = v.curves ?? [];
+      const curves = all.map((c) => ({ name: c.name, color: (c.color ?? [200, 0, 0]).map((x) => x / 255), times: c.x, values: c.y }));
+      plot(e, curves, all.every((c) => c.kind === 0) ? "s" : "");
+    },
   },
   br: { make: () => make("span", { className: "br" }), set: () => {} },
   stretch: { make: () => make("span", { className: "stretch" }), set: () => {} },
@@ -107,18 +133,30 @@ const WIDGETS = {
 /** Those that hold others. */
 const BOXES = new Set(["ui", "group", "tabs", "tab"]);
 
+/**
+ * @param {Values} v
+ * @param {Tell} tell
+ */
 function slider(v, tell) {
   const input = range(v, "range");
   input.oninput = () => tell("change", Number(input.value));
   return input;
 }
 
+/**
+ * @param {HTMLInputElement} e
+ * @param {Values} v
+ */
 function number(e, v) {
   Object.assign(e, { min: v.minimum ?? 0, max: v.maximum ?? 100 });
   if (e !== document.activeElement) e.value = v.value ?? 0;
 }
 
-function tick(type, v, tell) {
+/**
+ * @param {"checkbox" | "radio"} type
+ * @param {(on: boolean) => void} tell
+ */
+function tick(type, tell) {
   const label = make("label");
   const input = make("input", { type });
   input.onchange = () => tell(input.checked);
@@ -126,14 +164,23 @@ function tick(type, v, tell) {
   return label;
 }
 
+/**
+ * @param {HTMLLabelElement} e
+ * @param {Values} v
+ */
 function ticked(e, v) {
   const [input, text] = e.children;
+  if (!(input instanceof HTMLInputElement && text instanceof HTMLElement)) return;
   input.checked = v.checked > 0;
   input.indeterminate = v.checked === 1 && input.type === "checkbox";
   fill(text, v.text);
 }
 
-/** An image, the upper row first. */
+/**
+ * An image, the upper row first.
+ * @param {HTMLCanvasElement} e
+ * @param {Values} v
+ */
 function paint(e, v) {
   const [w, h] = [v.columns, v.rows];
   if (!v.pixels?.bytes || !(w > 0 && h > 0)) return;
@@ -141,13 +188,17 @@ function paint(e, v) {
   Object.assign(e, { width: w, height: h });
   const image = new ImageData(w, h);
   for (let i = 0; i < w * h; i++) {
-    for (let c = 0; c < 3; c++) image.data[4 * i + c] = bytes[3 * i + c];
+    for (let c = 0; c < 3; c++) image.data[4 * i + c] = bytes[3 * i + c] ?? 0;
     image.data[4 * i + 3] = 255;
   }
-  e.getContext("2d").putImageData(image, 0, 0);
+  e.getContext("2d")?.putImageData(image, 0, 0);
 }
 
-/** A drawing: as an image, so that nothing in it runs or loads. What is none is not shown. */
+/**
+ * A drawing: as an image, so that nothing in it runs or loads. What is none is not shown.
+ * @param {HTMLImageElement} e
+ * @param {Values} v
+ */
 function draw(e, v) {
   const named = "http://www.w3.org/2000/svg";
   const text = String(v.data ?? "");
@@ -161,12 +212,16 @@ function draw(e, v) {
   }
 }
 
-/** A tab shows one of its pages. */
-function tabs(window, n, made, tell) {
-  const { values } = window.widgets[n];
+/**
+ * A tab shows one of its pages.
+ * @param {Values} values
+ * @param {HTMLElement} made
+ * @param {Tell} tell
+ */
+function tabs(values, made, tell) {
   const bar = make("div", { className: "tabs" });
   bar.setAttribute("role", "tablist");
-  const pages = [...made.children];
+  const pages = children(made);
   bar.append(...pages.map((p, i) => {
     const b = make("button", { textContent: p.dataset.title, onclick: () => { values.current = i; front(made, i); tell("change", i); } });
     b.setAttribute("role", "tab");
@@ -176,18 +231,32 @@ function tabs(window, n, made, tell) {
   front(made, values.current ?? 0);
 }
 
-function front(made, at) {
-  const [bar, ...pages] = made.children;
-  pages.forEach((p, i) => { p.hidden = i !== at; });
-  [...bar.children].forEach((b, i) => { b.setAttribute("aria-selected", String(i === at)); b.classList.toggle("on", i === at); });
+/** @param {HTMLElement} e */
+function children(e) {
+  return [...e.children].filter((c) => c instanceof HTMLElement);
 }
 
-/** Builds all widgets of a window; the box that holds them. `act(n, what, value)` says what was done. */
-export function build(window, act) {
-  window.act_on = act;
+/**
+ * @param {HTMLElement} made
+ * @param {number} at
+ */
+function front(made, at) {
+  const [bar, ...pages] = children(made);
+  pages.forEach((p, i) => { p.hidden = i !== at; });
+  [...(bar?.children ?? [])].forEach((b, i) => { b.setAttribute("aria-selected", String(i === at)); b.classList.toggle("on", i === at); });
+}
+
+/**
+ * Builds all widgets of a window; the box that holds them.
+ * @param {WidgetWindow} window
+ * @returns {HTMLElement}
+ */
+export function build(window) {
   window.widgets.forEach((widget, n) => {
     const { element, above, values } = widget;
-    const tell = (what, value) => act(n, what, value);
+    /** @type {Tell} */
+    const tell = (what, value) => window.act_on(n, what, value);
+    /** @type {HTMLElement} */
     let made;
     if (BOXES.has(element)) {
       made = make("div", { className: `box ${values.layout ?? "vbox"} ${values.flat ? "flat" : element}` });
@@ -202,15 +271,20 @@ export function build(window, act) {
   });
   // What stands in a grid is in columns: as many as its longest row has.
   window.widgets.forEach((widget, n) => {
-    if (widget.element === "tabs") tabs(window, n, window.made[n], (what, value) => act(n, what, value));
-    if (["grid", "form"].includes(widget.values.layout)) window.made[n].style.setProperty("--columns", columns(window, n));
+    const made = window.made[n];
+    if (made && widget.element === "tabs") tabs(widget.values, made, (what, value) => window.act_on(n, what, value));
+    if (["grid", "form"].includes(widget.values.layout)) made?.style.setProperty("--columns", String(columns(window, n)));
     if (n) refresh(window, n);
   });
-  return window.made[0];
+  return window.made[0] ?? make("div");
 }
 
+/**
+ * @param {WidgetWindow} window
+ * @param {number} n
+ */
 function columns(window, n) {
-  if (window.widgets[n].values.layout === "form") return 2;
+  if (window.widgets[n]?.values.layout === "form") return 2;
   let [most, now] = [1, 0];
   for (const w of window.widgets.filter((w) => w.above === n)) {
     now = w.element === "br" ? 0 : now + 1;
@@ -219,10 +293,15 @@ function columns(window, n) {
   return most;
 }
 
-/** Shows what a widget holds now. */
+/**
+ * Shows what a widget holds now.
+ * @param {WidgetWindow} window
+ * @param {number} n
+ */
 export function refresh(window, n) {
-  const { element, values } = window.widgets[n];
-  const made = window.made[n];
+  const [widget, made] = [window.widgets[n], window.made[n]];
+  if (!widget || !made) return;
+  const { element, values } = widget;
   made.hidden = values.visible === false;
   made.inert = values.enabled === false;
   if (element === "tabs" && values.current !== undefined) front(made, values.current);

@@ -1,24 +1,44 @@
+// @ts-check
 // Windows that scripts open, with their widgets; what is done to them goes back to the script.
 
+import { failure } from "tatu/calls";
+import { get } from "tatu/dom";
 import { call, on } from "tatu/net";
 import { line } from "tatu/output";
 import { rights } from "tatu/store";
 import { build, refresh } from "tatu/widgets";
 
-const host = document.getElementById("view");
+/** @import { WidgetWindow } from "tatu/widgets" */
+/**
+ * A window: what the script told of it, and its elements.
+ * @typedef {WidgetWindow & { window: number, act: string, box: HTMLElement, title: HTMLElement }} ScriptWindow
+ */
+
+const host = get("view");
+/** @type {Map<string, ScriptWindow>} */
 const open = new Map();
 
-/** Tells the script what was done. */
+/**
+ * Tells the script what was done.
+ * @param {ScriptWindow} window
+ * @param {number} n
+ * @param {string} what
+ * @param {unknown} [value]
+ */
 async function act(window, n, what, value) {
   if (!rights.acts) return;
   try {
     await call(window.act, window.window, n, what, ...(value === undefined ? [] : [value]));
   } catch (e) {
-    line("Status", e.error, "error");
+    line("Status", failure(e).error, "error");
   }
 }
 
-/** Lets a window be moved by its title. */
+/**
+ * Lets a window be moved by its title.
+ * @param {HTMLElement} box
+ * @param {HTMLElement} bar
+ */
 function drag(box, bar) {
   bar.onpointerdown = (e) => {
     if (e.target !== bar) return;
@@ -32,9 +52,12 @@ function drag(box, bar) {
   };
 }
 
-/** What a window as a whole holds. */
-function place(window) {
-  const { box, title, widgets: [{ values }] } = window;
+/**
+ * What a window as a whole holds.
+ * @param {ScriptWindow} window
+ */
+function place({ box, title, widgets }) {
+  const values = widgets[0]?.values ?? {};
   title.textContent = values.title ?? "";
   box.hidden = values.visible === false;
   box.inert = values.enabled === false || !rights.acts;
@@ -45,6 +68,10 @@ function place(window) {
   if (Number.isFinite(values.y)) box.style.top = `${values.y}px`;
 }
 
+/**
+ * @param {string} key
+ * @param {any} payload
+ */
 function show(key, payload) {
   open.get(key)?.box.remove();
   const box = document.createElement("section");
@@ -55,7 +82,8 @@ function show(key, payload) {
   bar.className = "title";
   const title = document.createElement("span");
   bar.append(title);
-  const window = { ...payload, box, title, made: [] };
+  /** @type {ScriptWindow} */
+  const window = { ...payload, box, title, made: [], act_on: (n, what, value) => act(window, n, what, value) };
   if (payload.widgets[0].values.closeable) {
     const close = document.createElement("button");
     close.textContent = "\u00D7";
@@ -65,7 +93,7 @@ function show(key, payload) {
   }
   // Keys and clicks in a window are not for the view behind it.
   for (const kind of ["keydown", "pointerdown", "pointerup", "wheel"]) box.addEventListener(kind, (e) => e.stopPropagation());
-  box.append(bar, build(window, (n, what, value) => act(window, n, what, value)));
+  box.append(bar, build(window));
   drag(box, bar);
   open.set(key, window);
   place(window);
@@ -79,11 +107,14 @@ function closeAll() {
 
 // The program opens again those that are still there.
 on("again", closeAll);
-on("event", ({ event, payload }) => {
-  if (event === "stopped") closeAll();
-  if (event !== "ui.window") return;
+on("event", ({ name, payload }) => {
+  if (name === "stopped") closeAll();
+  if (name !== "ui.window") return;
   const key = `${payload.act} ${payload.window}`;
-  if (payload.widgets) return show(key, payload);
+  if (payload.widgets) {
+    show(key, payload);
+    return;
+  }
   const window = open.get(key);
   if (!window) return;
   if (payload.closed) {
@@ -91,7 +122,9 @@ on("event", ({ event, payload }) => {
     open.delete(key);
     return;
   }
-  Object.assign(window.widgets[payload.n].values, payload.set);
+  const widget = window.widgets[payload.n];
+  if (!widget) return;
+  Object.assign(widget.values, payload.set);
   if (payload.n === 0) place(window);
   else refresh(window, payload.n);
 });

@@ -6,11 +6,16 @@ use base64::{Engine, engine::general_purpose::STANDARD};
 use serde_json::{Value as Json, json};
 use tatu_plugin_api::{
     abi::*,
-    safe::{Called, Fail, Result, Turn, Value},
+    safe::{About, Called, Fail, Result, Turn, Value, ValueRef},
 };
 use tatu_services_common::json;
 
-use crate::{frames::object, gallery, recent::Recent};
+use crate::{
+    frames::object,
+    gallery,
+    protocol::{Action, Command, Row, ToPage},
+    recent::Recent,
+};
 
 /// Properties that are too large to be shown as text.
 const LARGE: &[&str] = &["shape.surface", "shape.parts", "object.data", "scene.data", "graph.streams", "graph.curves"];
@@ -18,7 +23,7 @@ const LARGE: &[&str] = &["shape.surface", "shape.parts", "object.data", "scene.d
 const MOST_NUMBERS: usize = 16;
 
 /// Returns the fields of a sensor's reading that are short, as rows like those of properties.
-fn reading(turn: &Turn<'_>, id: tatu_object) -> Vec<Json> {
+fn reading(turn: &Turn<'_>, id: tatu_object) -> Vec<Row> {
     let fields = (0..).map_while(|i| turn.field_of(id, i));
     let rows = fields.filter_map(|(name, _)| {
         let field = turn.reading(id, turn.host().prop(name)).ok()?;
@@ -30,45 +35,68 @@ fn reading(turn: &Turn<'_>, id: tatu_object) -> Vec<Json> {
         };
         let value: Vec<Json> = value.iter().map(|x| json::write(&Value::Float(*x))).collect();
         let shown = (1..=MOST_NUMBERS).contains(&value.len());
-        shown.then(|| {
-            json!({ "key": name, "text": "Field of the last reading.", "settable": false, "choices": [], "value": value })
+        shown.then(|| Row {
+            key: name.to_owned(),
+            kind: TATU_F64S.into(),
+            count: value.len() as i64,
+            unit: String::new(),
+            text: "Field of the last reading.".to_owned(),
+            settable: false,
+            choices: Vec::new(),
+            value: Json::Array(value),
         })
     });
     rows.collect()
 }
 
 /// Returns the properties of an object and their values, and what a sensor has read.
-pub fn details(turn: &Turn<'_>, n: u64) -> Result<Json> {
+pub fn details(turn: &Turn<'_>, n: u32) -> Result<ToPage> {
     let id = object(n);
     let mut rows = Vec::new();
     let mut index = 0;
     while let Some(row) = turn.row(id, index)? {
         index += 1;
-        let mut row = json::write(&row.to_value()?);
-        let key = row["key"].as_str().unwrap_or("").to_owned();
+        let text = |key: &str| row.get(key).and_then(|v| v.as_str()).map(|s| s.into_owned()).unwrap_or_default();
+        let number = |key: &str| row.get(key).and_then(|v| v.as_i64()).unwrap_or(0);
+        let key = text("key");
         if LARGE.contains(&key.as_str()) {
             continue;
         }
         // Properties that cannot be read at the moment are left out.
         let Ok(value) = turn.get(id, turn.host().prop(&key)).and_then(|v| v.to_value()) else { continue };
-        row["value"] = match value {
-            Value::Object(o) => json!(tatu_slot(o)),
-            Value::Bytes(b) => json!(String::from_utf8_lossy(&b)),
+        let value = match value {
+            Value::Object(o) => Json::from(tatu_slot(o)),
+            Value::Bytes(b) => Json::from(String::from_utf8_lossy(&b)),
             value => json::write(&value),
         };
-        rows.push(row);
+        rows.push(Row {
+            kind: number("type"),
+            count: number("count"),
+            unit: text("unit"),
+            text: text("text"),
+            settable: row.get("settable").is_some_and(|v| v.truthy()),
+            choices: choices(row),
+            key,
+            value,
+        });
     }
     rows.extend(reading(turn, id));
-    Ok(json!({ "details": n, "rows": rows }))
+    Ok(ToPage::Details { object: n, rows })
+}
+
+fn choices(row: ValueRef<'_>) -> Vec<String> {
+    let all = row.get("choices").and_then(|v| v.list()).unwrap_or_default();
+    all.iter().filter_map(|c| c.as_str().map(|s| s.into_owned())).collect()
 }
 
 /// Returns the source of a script.
-pub fn script(turn: &Turn<'_>, n: u64) -> Result<Json> {
-    Ok(json!({ "script": n, "text": String::from_utf8_lossy(&turn.script_text(object(n))?) }))
+pub fn script(turn: &Turn<'_>, n: u32) -> Result<ToPage> {
+    let text = turn.script_text(object(n))?;
+    Ok(ToPage::Script { script: n, text: String::from_utf8_lossy(&text).into_owned() })
 }
 
 /// Calls a command; returns its results.
-pub fn call(turn: &Turn<'_>, name: &str, args: &[Json]) -> Result<Json> {
+pub fn call(turn: &Turn<'_>, name: &str, args: &[Json]) -> Result<Vec<Json>> {
     let args = args.iter().map(json::read).collect::<Result<Vec<_>>>()?;
     match turn.call(name, &args, 0)? {
         Called::Done(values) => Ok(values.iter().map(json::write).collect()),
@@ -94,21 +122,22 @@ pub fn picture(recent: &Recent, scene: &str, png: &str) -> Result {
     })
 }
 
-/// Returns all commands, for completion: name, parameters and description.
-pub fn commands(turn: &Turn<'_>) -> Json {
-    let all = turn.commands();
-    all.iter().map(|c| json!([c.names.first(), c.params.join(", "), c.text])).collect()
+/// Returns all commands, for completion.
+pub fn commands(turn: &Turn<'_>) -> ToPage {
+    let one = |c: &About| Command {
+        name: c.names.first().cloned().unwrap_or_default(),
+        params: c.params.join(", "),
+        text: c.text.clone(),
+    };
+    ToPage::Commands { commands: turn.commands().iter().map(one).collect() }
 }
 
-/// Returns the number of a request, by its name.
-pub fn request(name: &str) -> Result<u32> {
-    Ok(match name {
-        "start" => TATU_REQUEST_START,
-        "pause" => TATU_REQUEST_PAUSE,
-        "stop" => TATU_REQUEST_STOP,
-        "quit" => TATU_REQUEST_QUIT,
-        other => {
-            return Err(Fail::argument(format!("`{other}` is not a request: expected start, pause, stop or quit")));
-        }
-    })
+/// Returns the number of a request to the world. A single step is a start after which the service holds the world.
+pub fn request(action: Action) -> u32 {
+    match action {
+        Action::Start | Action::Step => TATU_REQUEST_START,
+        Action::Pause => TATU_REQUEST_PAUSE,
+        Action::Stop => TATU_REQUEST_STOP,
+        Action::Quit => TATU_REQUEST_QUIT,
+    }
 }

@@ -10,7 +10,7 @@ use std::{
 };
 
 use flate2::{Compression, write::GzEncoder};
-use serde_json::{Value as Json, json};
+use serde_json::Value as Json;
 use tatu_plugin_api::{
     abi::*,
     safe::{Answer, Fail, Host, Param, Params, Result, Service, Session, Turn, ValueRef},
@@ -18,8 +18,11 @@ use tatu_plugin_api::{
 use tatu_services_common::{json, outbox::Message};
 
 use crate::{
-    acts, film_page, frames,
+    acts,
+    changes::{Changes, Found},
+    film_page, frames,
     plugin::{Props, WebPage},
+    protocol::ToPage,
     readings::{self, Sent},
     scene::{self, Whole},
 };
@@ -44,6 +47,7 @@ pub struct Film {
 struct State {
     records: Option<GzEncoder<Vec<u8>>>,
     whole: Whole,
+    changes: Changes,
     known: BTreeMap<u32, Vec<f64>>,
     sent: Sent,
     drawn: String,
@@ -91,7 +95,7 @@ impl Service for Film {
         if let Ok(time) = turn.f64(0, self.p.time) {
             state.time = time;
         }
-        state.record(&Message::Text(json!({ "event": name, "payload": payload }).to_string().into()));
+        state.record(&ToPage::Event { name: name.to_owned(), payload }.message());
         if name == "stopped" {
             self.write(&mut state);
         }
@@ -150,6 +154,12 @@ impl State {
         self.time = turn.f64(0, p.time)?;
         if self.whole.ids != turn.list(0, 0, 0)? {
             self.scene(turn, p)?;
+        } else {
+            match self.changes.look(turn, p, &mut self.whole)? {
+                Found::Nothing => {}
+                Found::Scene => self.scene(turn, p)?,
+                Found::Objects(messages) => messages.iter().for_each(|m| self.record(m)),
+            }
         }
         let frame = frames::exact(turn, p, &self.whole, &mut self.known, (step, self.time));
         self.record(&frame);
@@ -157,13 +167,13 @@ impl State {
         if self.time - self.at[0] > READINGS - 1e-9 {
             self.at[0] = self.time;
             let new = readings::new(turn, p, &self.whole, &mut self.sent);
-            if new.as_object().is_some_and(|m| !m.is_empty()) {
-                self.record(&Message::Text(json!({ "readings": new }).to_string().into()));
+            if !new.is_empty() {
+                self.record(&ToPage::Readings { readings: new }.message());
             }
         }
         if self.time - self.at[1] > DRAWINGS - 1e-9 {
             self.at[1] = self.time;
-            let drawn = json!({ "drawings": readings::drawings(turn)? }).to_string();
+            let drawn = readings::drawings(turn)?.text();
             if drawn != self.drawn {
                 self.record(&Message::Text(drawn.clone().into()));
                 self.drawn = drawn;
@@ -175,11 +185,12 @@ impl State {
     /// Reads the current scene and the sources of its scripts.
     fn scene(&mut self, turn: &Turn<'_>, p: &Props) -> Result {
         self.whole = scene::read(turn, p)?;
+        self.changes.begin(turn, p, &self.whole)?;
         self.sent = Sent::default();
         self.known.clear();
         for script in turn.scripts(0)? {
-            if let Ok(text) = acts::script(turn, script & TATU_SLOT_BITS) {
-                self.record(&Message::Text(text.to_string().into()));
+            if let Ok(text) = acts::script(turn, tatu_slot(script)) {
+                self.record(&text.message());
             }
         }
         for message in std::mem::take(&mut self.whole.messages) {

@@ -8,9 +8,12 @@ use tatu_plugin_api::safe::{Fail, Result};
 use crate::files::{FILES, WHOLE};
 
 /// Modules that the live page also has, and modules that replace others.
-const SAME: &[&str] =
-    &["store", "tree", "output", "view", "objects", "crowd", "sensing", "volumes", "drawings", "plot"];
-const OTHER: &[(&str, &str)] = &[("net", "film_net"), ("editor", "film_script"), ("film", "film")];
+const SAME: &[&str] = &[
+    "dom", "geometry", "parse", "store", "tree", "output", "view", "objects", "crowd", "sensing", "volumes",
+    "drawings", "plot",
+];
+const OTHER: &[(&str, &str)] =
+    &[("net", "film_net"), ("film_net", "film_net"), ("editor", "film_script"), ("film", "film")];
 /// Libraries: the name by which modules import them, and the file.
 const LIBRARIES: &[(&str, &str)] = &[
     ("three", "/lib/three/build/three.module.min.js"),

@@ -127,8 +127,8 @@ fn head(step: u64, time: f64) -> Vec<u8> {
 }
 
 /// Converts a handle from a client to an object id.
-pub fn object(n: u64) -> tatu_object {
-    n & TATU_SLOT_BITS
+pub fn object(n: u32) -> tatu_object {
+    tatu_object::from(n) & TATU_SLOT_BITS
 }
 
 #[cfg(test)]

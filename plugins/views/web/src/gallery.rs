@@ -8,8 +8,9 @@ use std::{
 };
 
 use base64::{Engine, engine::general_purpose::STANDARD};
-use serde_json::{Value as Json, json};
 use tatu_plugin_api::safe::{folders_beside, open_plain, read_plain};
+
+use crate::protocol::{SceneFile, Section, ToPage};
 
 /// Most files of a section.
 const MOST_FILES: usize = 500;
@@ -29,23 +30,23 @@ const DEMO: &str = "demo.toml";
 const TRY: &str = "Try:";
 
 /// Returns the list for the page. `recent` has scenes, the last one first, each with an image that replaces its own.
-pub(crate) fn list(recent: &[(PathBuf, Option<Vec<u8>>)]) -> Json {
+pub(crate) fn list(recent: &[(PathBuf, Option<Vec<u8>>)]) -> ToPage {
     let program = program();
-    let mut out: Vec<Json> = Vec::new();
+    let mut out: Vec<SceneFile> = Vec::new();
     for (path, picture) in recent.iter().filter(|(path, _)| is_scene(path)) {
-        out.push(card("recent", path, &path.to_string_lossy(), picture.as_deref()));
+        out.push(card(Section::Recent, path, &path.to_string_lossy(), picture.as_deref()));
     }
     let known: BTreeSet<PathBuf> = program.iter().filter_map(|folder| folder.canonicalize().ok()).collect();
     for path in own(&known) {
         let name = path.strip_prefix(".").unwrap_or(&path);
-        out.push(card("own", name, &name.to_string_lossy(), None));
+        out.push(card(Section::Own, name, &name.to_string_lossy(), None));
     }
     for path in program.iter().flat_map(|folder| below(folder, &BTreeSet::new())).filter(|p| is_of_program(p)) {
-        out.push(card("program", &path, &path.to_string_lossy(), None));
+        out.push(card(Section::Program, &path, &path.to_string_lossy(), None));
     }
     let folder = std::env::current_dir().ok();
     let folder = folder.as_deref().and_then(Path::file_name).map(|name| name.to_string_lossy().into_owned());
-    json!({ "files": out, "folder": folder.unwrap_or_default() })
+    ToPage::Files { files: out, folder: folder.unwrap_or_default() }
 }
 
 /// Returns whether a scene comes with the program: the page may open it, wherever it is.
@@ -117,11 +118,11 @@ fn sorted(folder: &Path) -> Vec<PathBuf> {
 }
 
 /// Returns what the page shows of a scene; `file` is the name by which the page opens it.
-fn card(section: &str, path: &Path, file: &str, picture: Option<&[u8]>) -> Json {
+fn card(section: Section, path: &Path, file: &str, picture: Option<&[u8]>) -> SceneFile {
     let comment = beginning(path).map(|text| Comment::read(&text)).unwrap_or_default();
     let picture = picture.map(<[u8]>::to_vec).or_else(|| read_plain(&path.with_extension("png"), MOST_PICTURE).ok());
     let picture = picture.filter(|bytes| is_png(bytes)).map(|bytes| STANDARD.encode(bytes));
-    json!({ "in": section, "file": file, "about": comment.about, "try": comment.to_try, "picture": picture })
+    SceneFile { section, file: file.to_owned(), about: comment.about, to_try: comment.to_try, picture }
 }
 
 /// Returns whether bytes begin as a PNG does.

@@ -3,6 +3,8 @@
 //! - `service`: the barrier; `show`: messages to clients; `acts`: requests of clients; `drop`: files dropped on the
 //!   page;
 //! - `scene`: the scene as a whole; `frames`: changes since; `readings`: data of sensors, drawings and graphs;
+//! - `changes`: objects that have changed otherwise than by moving;
+//! - `protocol`: the types of all text messages;
 //! - `gallery`: the scenes that the page offers; `recent`: those shown lately, kept from run to run;
 //! - `lists`: lists built once for all clients, and limits on requests; `opened`: passes the address to a browser;
 //! - `plugin`: the plugin, and interned property keys; `windows`: windows of scripts; `pace`: real-time factor;
@@ -10,6 +12,7 @@
 //! - `film`: records a run; `film_page`: the page that plays a recording from a file.
 
 mod acts;
+mod changes;
 mod drop;
 mod files;
 mod film;
@@ -20,6 +23,7 @@ mod lists;
 mod opened;
 mod pace;
 mod plugin;
+mod protocol;
 mod readings;
 mod recent;
 mod scene;

@@ -2,7 +2,6 @@
 
 use std::time::{Duration, Instant};
 
-use serde_json::json;
 use tatu_plugin_api::safe::Turn;
 use tatu_services_common::outbox::Utf8Bytes;
 
@@ -22,13 +21,13 @@ pub(crate) struct Lists {
 impl Lists {
     /// Returns the list of all commands; if `anew`, rebuilds it even if it is recent.
     pub(crate) fn commands(&mut self, turn: &Turn<'_>, anew: bool) -> Utf8Bytes {
-        kept(&mut self.commands, anew, || json!({ "commands": acts::commands(turn) }).to_string())
+        kept(&mut self.commands, anew, || acts::commands(turn).text())
     }
     /// Returns the list of scenes. Only clients with control rights learn what the user has opened lately.
     pub(crate) fn files(&mut self, recent: Option<&Recent>) -> Utf8Bytes {
         match recent {
-            Some(recent) => gallery::list(&recent.all()).to_string().into(),
-            None => kept(&mut self.files, false, || gallery::list(&[]).to_string()),
+            Some(recent) => gallery::list(&recent.all()).text().into(),
+            None => kept(&mut self.files, false, || gallery::list(&[]).text()),
         }
     }
 }

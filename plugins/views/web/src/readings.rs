@@ -2,14 +2,17 @@
 
 use std::collections::BTreeMap;
 
-use serde_json::{Map, Value as Json, json};
 use tatu_plugin_api::{
     abi::*,
-    safe::{Result, Turn},
+    safe::{self, Prop, Result, Turn, ValueRef},
 };
-use tatu_services_common::{json, outbox::Message};
+use tatu_services_common::outbox::Message;
 
-use crate::{plugin::Props, scene::Whole};
+use crate::{
+    plugin::Props,
+    protocol::{Drawing, Reading, Readings, Schema, Stream, ToPage},
+    scene::Whole,
+};
 
 /// First byte of an image message.
 const IMAGE: u8 = 3;
@@ -28,14 +31,21 @@ fn rounded(x: f64) -> f64 {
 /// The readings sent last, and the sensor whose turn is next.
 #[derive(Default)]
 pub struct Sent {
-    known: BTreeMap<tatu_object, Json>,
+    known: BTreeMap<tatu_object, Reading>,
     next: usize,
+}
+
+impl Sent {
+    /// Returns the last readings of all sensors of a scene.
+    pub fn all(&self, whole: &Whole) -> Readings {
+        whole.sensors.iter().map(|(id, _)| (tatu_slot(*id), self.known.get(id).cloned())).collect()
+    }
 }
 
 /// Returns the new readings of sensors, without images, by handle. If there are many sensors, each message has those of
 /// some of them, in turn.
-pub fn new(turn: &Turn<'_>, p: &Props, whole: &Whole, sent: &mut Sent) -> Json {
-    let mut out = Map::new();
+pub fn new(turn: &Turn<'_>, p: &Props, whole: &Whole, sent: &mut Sent) -> Readings {
+    let mut out = Readings::new();
     let n = whole.sensors.len();
     let start = if n == 0 { 0 } else { sent.next % n };
     for i in (start..n).chain(0..start) {
@@ -45,36 +55,60 @@ pub fn new(turn: &Turn<'_>, p: &Props, whole: &Whole, sent: &mut Sent) -> Json {
             break;
         }
         let reading = match schema {
-            "proximity" => proximity(turn, p, id),
-            "range_scan" => scan(turn, p, id),
-            "gps" => turn.reading(id, p.gps).ok().map(|r| json!({ "position": r.f64s() })),
-            _ => None,
+            Schema::Proximity => proximity(turn, p, id),
+            Schema::RangeScan => scan(turn, p, id),
+            Schema::Gps => gps(turn, p, id),
+            Schema::Image => None,
         };
-        let Some(reading) = reading.filter(|r| sent.known.get(&id) != Some(r)) else { continue };
-        out.insert(tatu_slot(id).to_string(), reading.clone());
-        sent.known.insert(id, reading);
+        if sent.known.get(&id) == reading.as_ref() {
+            continue;
+        }
+        match &reading {
+            Some(reading) => sent.known.insert(id, reading.clone()),
+            None => sent.known.remove(&id),
+        };
+        out.insert(tatu_slot(id), reading);
     }
-    Json::Object(out)
+    out
 }
 
-fn proximity(turn: &Turn<'_>, p: &Props, id: tatu_object) -> Option<Json> {
-    let detected = turn.reading(id, p.detected).ok()?;
-    if detected.sequence() == 0 || detected.i32s().first() != Some(&1) {
-        return Some(json!({ "detected": false }));
-    }
-    let distance = turn.reading(id, p.distance).ok()?.f64s().first().copied()?;
-    let point: Vec<f64> = turn.reading(id, p.point).ok()?.f64s().iter().map(|x| rounded(*x)).collect();
-    Some(json!({ "detected": true, "distance": rounded(distance), "point": point }))
+/// Returns a field of a reading once the sensor has measured.
+fn measured(turn: &Turn<'_>, id: tatu_object, field: Prop) -> Option<safe::Reading> {
+    turn.reading(id, field).ok().filter(|r| r.sequence() != 0)
 }
 
-fn scan(turn: &Turn<'_>, p: &Props, id: tatu_object) -> Option<Json> {
-    let (distance, angle) = (turn.reading(id, p.scan_distance).ok()?, turn.reading(id, p.scan_angle).ok()?);
-    let (distance, angle) = (distance.f64s(), angle.f64s());
-    let every = distance.len().div_ceil(MOST_BEAMS).max(1);
+fn gps(turn: &Turn<'_>, p: &Props, id: tatu_object) -> Option<Reading> {
+    Some(Reading::Gps { position: measured(turn, id, p.gps)?.f64s().to_vec() })
+}
+
+fn proximity(turn: &Turn<'_>, p: &Props, id: tatu_object) -> Option<Reading> {
+    if measured(turn, id, p.detected)?.i32s().first() != Some(&1) {
+        return Some(Reading::Proximity { detected: false, distance: None, point: None });
+    }
+    let distance = turn.reading(id, p.distance).ok()?.f64s().first().map(|x| rounded(*x));
+    let point = turn.reading(id, p.point).ok()?.f64s().iter().map(|x| rounded(*x)).collect();
+    Some(Reading::Proximity { detected: true, distance, point: Some(point) })
+}
+
+fn scan(turn: &Turn<'_>, p: &Props, id: tatu_object) -> Option<Reading> {
+    let (distance, angle) = (measured(turn, id, p.scan_distance)?, turn.reading(id, p.scan_angle).ok()?);
+    let every = distance.f64s().len().div_ceil(MOST_BEAMS).max(1);
     let thin = |all: &[f64]| all.iter().step_by(every).map(|x| rounded(*x)).collect::<Vec<f64>>();
-    let ends: Vec<Json> =
-        thin(distance).into_iter().map(|x| if x.is_finite() { json!(x) } else { Json::Null }).collect();
-    Some(json!({ "distance": ends, "angle": thin(angle) }))
+    let elevation = turn.reading(id, p.scan_elevation).ok().map(|e| thin(e.f64s()));
+    // A fan in one plane needs none.
+    let elevation = elevation.filter(|e| e.iter().any(|x| *x != 0.0));
+    let range = turn.reading(id, p.scan_limits).ok().and_then(|l| l.f64s().get(1).copied());
+    Some(Reading::RangeScan {
+        distance: finite(thin(distance.f64s())),
+        angle: thin(angle.f64s()),
+        elevation,
+        range: range.filter(|r| r.is_finite()),
+    })
+}
+
+/// Returns the numbers as JSON has them: without those that are not finite.
+fn finite(all: impl IntoIterator<Item = f64>) -> Vec<Option<f64>> {
+    all.into_iter().map(|x| x.is_finite().then_some(x)).collect()
 }
 
 /// Returns the image of a sensor: type, version, content (0 red green blue, 1 depth in m as f32), a byte, handle,
@@ -98,34 +132,48 @@ pub fn image(turn: &Turn<'_>, p: &Props, id: tatu_object) -> Option<Message> {
 }
 
 /// Returns all drawings.
-pub fn drawings(turn: &Turn<'_>) -> Result<Json> {
-    let (mut out, mut numbers) = (Vec::new(), 0);
+pub fn drawings(turn: &Turn<'_>) -> Result<ToPage> {
+    let (mut drawings, mut numbers) = (Vec::new(), 0);
     for id in turn.figures(0, TATU_FIGURE_DRAWING)? {
         let one = turn.figure(0, id, true)?;
-        numbers += one.get("items").map_or(0, |i| i.len());
+        let all = |key: &str| one.get(key).and_then(|v| v.numbers()).unwrap_or_default();
+        let items = all("items");
+        numbers += items.len();
         if numbers > MOST_NUMBERS {
             break;
         }
-        out.push(json::write(&one.to_value()?));
+        drawings.push(Drawing {
+            form: text(one, "form").unwrap_or_default(),
+            size: one.get("size").and_then(|v| v.as_f64()).unwrap_or(0.0),
+            color: all("color"),
+            items,
+            stride: one.get("stride").and_then(|v| v.as_i64()).map_or(0, |n| n.max(0) as usize),
+        });
     }
-    Ok(Json::Array(out))
+    Ok(ToPage::Drawings { drawings })
+}
+
+fn text(map: ValueRef<'_>, key: &str) -> Option<String> {
+    map.get(key).and_then(|v| v.as_str()).map(|s| s.into_owned())
 }
 
 /// Returns the streams of a graph, with their newest samples.
-pub fn graph(turn: &Turn<'_>, graph: tatu_object) -> Result<Json> {
-    let mut out = Vec::new();
+pub fn graph(turn: &Turn<'_>, graph: tatu_object) -> Result<ToPage> {
+    let mut streams = Vec::new();
     for id in turn.figures(graph, TATU_FIGURE_STREAM)? {
         let one = turn.figure(graph, id, true)?;
         let newest = |key: &str| {
             let all = one.get(key).and_then(|v| v.numbers()).unwrap_or_default();
-            let samples = all.iter().skip(all.len().saturating_sub(MOST_SAMPLES));
-            samples.map(|x| if x.is_finite() { json!(x) } else { Json::Null }).collect::<Vec<Json>>()
+            let old = all.len().saturating_sub(MOST_SAMPLES);
+            finite(all.into_iter().skip(old))
         };
-        let text = |key: &str| one.get(key).and_then(|v| v.as_str()).map(|s| s.into_owned());
-        let color = one.get("color").and_then(|v| v.numbers());
-        out.push(json!({
-            "name": text("name"), "unit": text("unit"), "color": color, "times": newest("times"), "values": newest("values"),
-        }));
+        streams.push(Stream {
+            name: text(one, "name").unwrap_or_default(),
+            unit: text(one, "unit").unwrap_or_default(),
+            color: one.get("color").and_then(|v| v.numbers()),
+            times: newest("times"),
+            values: newest("values"),
+        });
     }
-    Ok(json!({ "graph": tatu_slot(graph), "streams": out }))
+    Ok(ToPage::Streams { graph: tatu_slot(graph), streams })
 }

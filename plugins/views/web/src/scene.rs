@@ -3,7 +3,6 @@
 
 use std::collections::BTreeMap;
 
-use serde_json::{Value as Json, json};
 use sha2::{Digest, Sha256};
 use tatu_plugin_api::{
     abi::*,
@@ -11,7 +10,10 @@ use tatu_plugin_api::{
 };
 use tatu_services_common::outbox::Message;
 
-use crate::plugin::Props;
+use crate::{
+    plugin::Props,
+    protocol::{Joint, Object, Part, Schema, Script, ToPage, Volume},
+};
 
 /// First byte of a mesh message.
 const MESH: u8 = 2;
@@ -23,134 +25,170 @@ pub struct Whole {
     /// Joints, and whether they are spherical.
     pub joints: Vec<(tatu_object, bool)>,
     /// Sensors, with the schema of their readings.
-    pub sensors: Vec<(tatu_object, &'static str)>,
+    pub sensors: Vec<(tatu_object, Schema)>,
     /// Meshes, then the scene.
     pub messages: Vec<Message>,
 }
 
 /// Returns the schema of a sensor's readings that the page shows, recognized by a field.
-fn schema(turn: &Turn<'_>, p: &Props, id: tatu_object) -> Option<&'static str> {
-    let has = |prop| turn.reading(id, prop).is_ok();
-    [("proximity", p.detected), ("range_scan", p.scan_distance), ("image", p.rgb), ("image", p.depth), ("gps", p.gps)]
-        .into_iter()
-        .find(|(_, prop)| has(*prop))
-        .map(|(name, _)| name)
+fn schema(turn: &Turn<'_>, p: &Props, id: tatu_object) -> Option<Schema> {
+    let fields = [
+        (Schema::Proximity, p.detected),
+        (Schema::RangeScan, p.scan_distance),
+        (Schema::Image, p.rgb),
+        (Schema::Image, p.depth),
+        (Schema::Gps, p.gps),
+    ];
+    fields.into_iter().find(|(_, field)| turn.reading(id, *field).is_ok()).map(|(schema, _)| schema)
 }
 
 /// Parameters that describe the detection volume, whatever the kind of sensor.
-const VOLUME: &[&str] =
-    &["volume", "range", "near", "angle", "size_near", "size_far", "radius_near", "radius_far", "height"];
+pub const VOLUME: [&str; 9] =
+    ["volume", "range", "near", "angle", "height", "radius_near", "radius_far", "size_near", "size_far"];
 
-fn volume(turn: &Turn<'_>, id: tatu_object, kind: &str) -> Json {
-    let mut out = serde_json::Map::new();
-    for name in VOLUME {
-        let found = turn.get(id, turn.host().prop(&format!("{kind}.{name}"))).and_then(|v| v.to_value());
-        if let Ok(value) = found {
-            out.insert((*name).to_owned(), tatu_services_common::json::write(&value));
-        }
+/// Returns the detection volume.
+fn volume(turn: &Turn<'_>, id: tatu_object, kind: &str) -> Volume {
+    let get = |name: &str| turn.get(id, turn.host().prop(&format!("{kind}.{name}"))).ok();
+    let number = |name: &str| get(name)?.as_f64().filter(|x| x.is_finite());
+    let size = |name: &str| get(name)?.array::<2>();
+    Volume {
+        volume: get("volume").and_then(|v| v.as_str()).map(|s| s.into_owned()),
+        range: number("range"),
+        near: number("near"),
+        angle: number("angle"),
+        height: number("height"),
+        radius_near: number("radius_near"),
+        radius_far: number("radius_far"),
+        size_near: size("size_near"),
+        size_far: size("size_far"),
     }
-    Json::Object(out)
 }
 
 fn text(v: ValueRef<'_>) -> String {
     v.as_str().map(|s| s.into_owned()).unwrap_or_default()
 }
 
+impl Whole {
+    /// Updates the lists of joints and sensors from an object that has changed.
+    pub fn take(&mut self, id: tatu_object, o: &Object) {
+        if let Some(joint) = &o.joint {
+            let now = (id, joint.form == "spherical");
+            match self.joints.iter_mut().find(|j| j.0 == id) {
+                Some(known) => *known = now,
+                None => self.joints.push(now),
+            }
+        }
+        if let Some(schema) = o.schema
+            && self.sensors.iter().all(|s| s.0 != id)
+        {
+            self.sensors.push((id, schema));
+        }
+    }
+}
+
+/// Meshes by their hash.
+pub type Meshes = BTreeMap<String, Message>;
+
 /// Reads the whole scene.
 pub fn read(turn: &Turn<'_>, p: &Props) -> Result<Whole> {
     let mut whole = Whole { ids: turn.list(0, 0, 0)?, ..Default::default() };
-    let mut meshes: BTreeMap<String, Message> = BTreeMap::new();
+    let mut meshes = Meshes::new();
     let mut objects = Vec::new();
     for &id in &whole.ids {
-        let kind = text(turn.get(id, p.kind)?);
-        let parent = turn.get(id, p.parent)?.as_object().unwrap_or(0);
-        let pose: [f64; 7] = turn.f64s(id, p.pose)?;
-        let mut o = json!({
-            "id": tatu_slot(id),
-            "parent": tatu_slot(parent),
-            "alias": text(turn.get(id, p.alias)?),
-            "kind": kind,
-            "pose": pose,
-            "visible": turn.get(id, p.visible)?.truthy(),
-            "layer": turn.get(id, p.layer)?.as_i64(),
-            "model": turn.get(id, p.model_base)?.truthy(),
-        });
-        match kind.as_str() {
-            "shape" => o["parts"] = parts(turn, id, &mut meshes)?,
-            "joint" => {
-                let form = text(turn.get(id, p.joint_type)?);
-                o["joint"] = json!({ "type": form, "lead": turn.f64(id, p.joint_lead)? });
-                whole.joints.push((id, form == "spherical"));
-            }
-            "sensor" => {
-                o["sensor"] = json!(text(turn.get(id, p.sensor_kind)?));
-                if let Some(schema) = schema(turn, p, id) {
-                    o["schema"] = json!(schema);
-                    whole.sensors.push((id, schema));
-                    o["volume"] = volume(turn, id, o["sensor"].as_str().unwrap_or(""));
-                }
-            }
-            "path" => {
-                o["points"] = json!(turn.get(id, p.points)?.numbers());
-                o["closed"] = json!(turn.get(id, p.closed)?.truthy());
-            }
-            _ => {}
+        let o = object(turn, p, id, &mut meshes)?;
+        if let Some(joint) = &o.joint {
+            whole.joints.push((id, joint.form == "spherical"));
         }
-        let scripts = scripts(turn, p, id)?;
-        if !scripts.is_empty() {
-            o["scripts"] = Json::Array(scripts);
+        if let Some(schema) = o.schema {
+            whole.sensors.push((id, schema));
         }
         objects.push(o);
     }
-    let main = scripts_of(
-        turn,
-        p,
-        turn.scripts(0)?.into_iter().filter(|s| turn.get(*s, p.parent).is_ok_and(|v| v.as_object().unwrap_or(0) == 0)),
-    )?;
-    let scene = json!({ "scene": {
-        "file": text(turn.get(0, p.file)?),
-        "dt": turn.f64(0, p.dt)?,
-        "objects": objects,
-        "scripts": main,
-    }});
+    let of_scene = |s: &tatu_object| turn.get(*s, p.parent).is_ok_and(|v| v.as_object().unwrap_or(0) == 0);
+    let scripts = scripts_of(turn, p, turn.scripts(0)?.into_iter().filter(of_scene))?;
+    let scene = ToPage::Scene { file: text(turn.get(0, p.file)?), dt: turn.f64(0, p.dt)?, objects, scripts };
     whole.messages = meshes.into_values().collect();
-    whole.messages.push(Message::Text(scene.to_string().into()));
+    whole.messages.push(scene.message());
     Ok(whole)
 }
 
-fn scripts(turn: &Turn<'_>, p: &Props, owner: tatu_object) -> Result<Vec<Json>> {
-    scripts_of(turn, p, turn.scripts(owner)?.into_iter())
+/// Reads an object; its meshes are added to `meshes`.
+pub fn object(turn: &Turn<'_>, p: &Props, id: tatu_object, meshes: &mut Meshes) -> Result<Object> {
+    let kind = text(turn.get(id, p.kind)?);
+    let mut o = Object {
+        id: tatu_slot(id),
+        parent: tatu_slot(turn.get(id, p.parent)?.as_object().unwrap_or(0)),
+        alias: text(turn.get(id, p.alias)?),
+        kind: String::new(),
+        pose: turn.f64s(id, p.pose)?,
+        visible: turn.get(id, p.visible)?.truthy(),
+        layer: turn.get(id, p.layer)?.as_i64().unwrap_or(0),
+        model: turn.get(id, p.model_base)?.truthy(),
+        parts: None,
+        joint: None,
+        sensor: None,
+        schema: None,
+        volume: None,
+        points: None,
+        closed: None,
+        scripts: scripts_of(turn, p, turn.scripts(id)?.into_iter())?,
+    };
+    match kind.as_str() {
+        "shape" => o.parts = Some(parts(turn, id, meshes)?),
+        "joint" => {
+            o.joint = Some(Joint { form: text(turn.get(id, p.joint_type)?), lead: turn.f64(id, p.joint_lead)? });
+        }
+        "sensor" => {
+            let sensor = text(turn.get(id, p.sensor_kind)?);
+            o.schema = schema(turn, p, id);
+            o.volume = o.schema.map(|_| volume(turn, id, &sensor));
+            o.sensor = Some(sensor);
+        }
+        "path" => {
+            o.points = turn.get(id, p.points)?.numbers();
+            o.closed = Some(turn.get(id, p.closed)?.truthy());
+        }
+        _ => {}
+    }
+    o.kind = kind;
+    Ok(o)
 }
 
-fn scripts_of(turn: &Turn<'_>, p: &Props, all: impl Iterator<Item = tatu_object>) -> Result<Vec<Json>> {
+fn scripts_of(turn: &Turn<'_>, p: &Props, all: impl Iterator<Item = tatu_object>) -> Result<Vec<Script>> {
     all.map(|s| {
-        Ok(json!({
-            "id": tatu_slot(s),
-            "name": text(turn.get(s, p.script_name)?),
-            "kind": text(turn.get(s, p.script_kind)?),
-            "language": text(turn.get(s, p.script_language)?),
-        }))
+        Ok(Script {
+            id: tatu_slot(s),
+            name: text(turn.get(s, p.script_name)?),
+            kind: text(turn.get(s, p.script_kind)?),
+            language: text(turn.get(s, p.script_language)?),
+            version: version(&turn.script_text(s)?),
+        })
     })
     .collect()
 }
 
+/// Returns a number that tells texts apart.
+fn version(text: &[u8]) -> u32 {
+    Sha256::digest(text).iter().take(4).fold(0, |n, b| n << 8 | u32::from(*b))
+}
+
 /// Returns the appearance of a shape; its meshes are added to `meshes` by their hash.
-fn parts(turn: &Turn<'_>, id: tatu_object, meshes: &mut BTreeMap<String, Message>) -> Result<Json> {
+fn parts(turn: &Turn<'_>, id: tatu_object, meshes: &mut Meshes) -> Result<Vec<Part>> {
     let mut out = Vec::new();
     while let Some(part) = turn.part(id, out.len() as u32)? {
         let numbers = |key: &str| part.get(key).and_then(|v| v.numbers()).unwrap_or_default();
         let form = part.get("form").map(text).unwrap_or_default();
-        let mut o = json!({ "form": form, "pose": numbers("pose"), "color": numbers("color") });
-        if form == "mesh" {
+        let mut o = Part { pose: numbers("pose"), color: numbers("color"), size: None, mesh: None, form };
+        if o.form == "mesh" {
             let (sum, message) = mesh(&numbers("points"), &numbers("triangles"));
-            o["mesh"] = json!(sum);
-            meshes.entry(sum).or_insert(message);
+            meshes.entry(sum.clone()).or_insert(message);
+            o.mesh = Some(sum);
         } else {
-            o["size"] = json!(numbers("size"));
+            o.size = Some(numbers("size"));
         }
         out.push(o);
     }
-    Ok(Json::Array(out))
+    Ok(out)
 }
 
 /// Returns the hash of a mesh, and its message: type, version, two bytes, the hash as 16 characters, the counts of

@@ -20,12 +20,14 @@ use tatu_services_common::{
 
 use crate::{
     acts,
+    changes::Changes,
     drop::Dropped,
     files,
     lists::{Allowance, Lists},
     opened::Opened,
     pace::{Pace, SPEEDS},
     plugin::WebPage,
+    protocol::{Action, FromPage, ToPage},
     readings,
     recent::Recent,
     scene::Whole,
@@ -33,7 +35,7 @@ use crate::{
 };
 
 /// Version of the protocol.
-const VERSION: u32 = 1;
+const VERSION: u32 = 2;
 /// Most bytes of a message from a client.
 const MOST_MESSAGE: usize = 4 << 20;
 /// Most messages processed per turn, of a client with control rights and of one with view rights.
@@ -52,10 +54,15 @@ pub struct Web {
 pub(crate) struct State {
     pub(crate) guests: Vec<Guest>,
     pub(crate) whole: Whole,
+    pub(crate) changes: Changes,
+    /// When the last round of comparisons began; none: one is due.
+    pub(crate) last_round: Option<Instant>,
+    /// Whether clients know newer objects than the messages in `whole`.
+    pub(crate) is_old: bool,
     /// Index of the world whose scene was read.
     pub(crate) world: usize,
     /// The newest lines of the status bar and the consoles.
-    pub(crate) lines: Vec<String>,
+    pub(crate) lines: Vec<Message>,
     pub(crate) windows: Windows,
     pub(crate) pace: Pace,
     /// Whether the simulation is held between two steps, and the number of steps after which it is held again.
@@ -64,7 +71,9 @@ pub(crate) struct State {
     pub(crate) last_frame: Instant,
     pub(crate) last_readings: Instant,
     pub(crate) told: String,
+    /// All drawings as a message, and how often they have changed.
     pub(crate) drawn: String,
+    pub(crate) drawings: u64,
     pub(crate) sent: readings::Sent,
     pub(crate) listener: Listener,
     pub(crate) lists: Lists,
@@ -80,8 +89,11 @@ pub(crate) struct Guest {
     /// Whether the client has received the current scene.
     pub(crate) whole: bool,
     /// The sensor whose image the client shows, and the graph that it shows.
-    pub(crate) eye: u64,
-    pub(crate) graph: u64,
+    pub(crate) image: u32,
+    pub(crate) graph: u32,
+    /// Whether it lacks readings that were sent to others, and the number of the drawings that it has.
+    pub(crate) missed: bool,
+    pub(crate) drawings: u64,
     /// A partially received file.
     pub(crate) dropped: Option<Dropped>,
     /// Rate limit of a client that has view rights only.
@@ -141,6 +153,9 @@ impl Service for Web {
         let state = State {
             guests: Vec::new(),
             whole: Whole::default(),
+            changes: Changes::default(),
+            last_round: None,
+            is_old: false,
             world: 0,
             lines: Vec::new(),
             windows: Windows::default(),
@@ -151,6 +166,7 @@ impl Service for Web {
             last_readings: now,
             told: String::new(),
             drawn: String::new(),
+            drawings: 0,
             sent: readings::Sent::default(),
             listener,
             lists: Lists::default(),
@@ -164,7 +180,7 @@ impl Service for Web {
         let state = &mut *self.state()?;
         let running = turn.state() == TATU_RUNNING;
         state.come(turn)?;
-        state.hear(turn, step)?;
+        state.hear(turn)?;
         state.attend(turn);
         state.show(turn, &self.p, step)?;
         // A world that is not running is not held, because its scripts are still called.
@@ -197,16 +213,16 @@ impl Service for Web {
         if name == windows::EVENT {
             state.windows.hear(&payload);
         }
-        let text = json!({ "event": name, "payload": payload }).to_string();
+        let message = ToPage::Event { name: name.to_owned(), payload }.message();
         if matches!(name, "message" | "console" | "script_error" | "started") {
             if name == "started" {
                 state.lines.clear();
             }
-            state.lines.push(text.clone());
+            state.lines.push(message.clone());
             let over = state.lines.len().saturating_sub(MOST_LINES);
             state.lines.drain(..over);
         }
-        state.guests.iter().for_each(|g| g.client.out.send(Message::Text(text.clone().into())));
+        state.guests.iter().for_each(|g| g.client.out.send(message.clone()));
     }
 }
 
@@ -226,23 +242,18 @@ impl State {
             }
             // Only clients with control rights get the link for viewing, to pass on.
             let look = acts.then(|| format!("http://{}/?token={}", self.listener.address, self.listener.look_token));
-            let hello =
-                json!({ "hello": { "version": VERSION, "acts": acts, "look": look, "speed": self.pace.speed } });
-            client.out.send(Message::Text(hello.to_string().into()));
-            self.lines
-                .iter()
-                .cloned()
-                .chain(self.windows.messages())
-                .for_each(|l| client.out.send(Message::Text(l.into())));
+            let hello = ToPage::Hello { version: VERSION, acts, look, speed: self.pace.speed };
+            client.out.send(hello.message());
+            self.lines.iter().cloned().chain(self.windows.messages()).for_each(|m| client.out.send(m));
             self.told.clear();
-            self.drawn.clear();
-            self.sent = readings::Sent::default();
             self.guests.push(Guest {
                 client,
                 known: BTreeMap::new(),
                 whole: false,
-                eye: 0,
+                image: 0,
                 graph: 0,
+                missed: true,
+                drawings: 0,
                 dropped: None,
                 allowance: Allowance::new(),
             });
@@ -263,7 +274,7 @@ impl State {
     }
 
     /// Executes the messages of clients.
-    fn hear(&mut self, turn: &Turn<'_>, step: u64) -> Result {
+    fn hear(&mut self, turn: &Turn<'_>) -> Result {
         let mut guests = std::mem::take(&mut self.guests);
         // Clients with control rights come first, so that viewers do not delay them.
         let (acting, looking): (Vec<_>, Vec<_>) = guests.iter_mut().partition(|g| g.client.role == Rights::Act);
@@ -275,19 +286,30 @@ impl State {
                     break;
                 }
                 let Some(line) = guest.client.next() else { break };
-                let asked: Json = serde_json::from_str(&line).unwrap_or(Json::Null);
+                let asked = match FromPage::read(&line) {
+                    Ok(asked) => asked,
+                    Err(refused) => {
+                        guest.allowance.spend(false);
+                        let error = ToPage::Error { error: refused.text, help: None, of: refused.of };
+                        guest.client.out.send(error.message());
+                        continue;
+                    }
+                };
                 let list = self.list(turn, &asked, acts);
                 guest.allowance.spend(list.is_some());
                 if let Some(list) = list {
                     guest.client.out.send(Message::Text(list));
                     continue;
                 }
-                let answer = match self.act(turn, guest, &asked, step) {
+                let of = asked.id();
+                let answer = match self.act(turn, guest, asked) {
                     Ok(Some(answer)) => answer,
                     Ok(None) => continue,
-                    Err(fail) => json!({ "error": fail.text(), "help": fail.help_text(), "of": asked.get("id") }),
+                    Err(fail) => {
+                        ToPage::Error { error: fail.text().to_owned(), help: fail.help_text().map(str::to_owned), of }
+                    }
                 };
-                guest.client.out.send(Message::Text(answer.to_string().into()));
+                guest.client.out.send(answer.message());
             }
         }
         self.guests = guests;
@@ -296,92 +318,74 @@ impl State {
 
     /// Returns the requested list, if one is requested. Clients with control rights get a new one, so that it contains
     /// files that were just saved.
-    fn list(&mut self, turn: &Turn<'_>, asked: &Json, acts: bool) -> Option<Utf8Bytes> {
-        if asked.get("commands").is_some() {
-            return Some(self.lists.commands(turn, acts));
+    fn list(&mut self, turn: &Turn<'_>, asked: &FromPage, acts: bool) -> Option<Utf8Bytes> {
+        match asked {
+            FromPage::Commands {} => Some(self.lists.commands(turn, acts)),
+            FromPage::Files {} => Some(self.lists.files(acts.then_some(&self.recent))),
+            _ => None,
         }
-        asked.get("files").is_some().then(|| self.lists.files(acts.then_some(&self.recent)))
     }
 
-    fn act(&mut self, turn: &Turn<'_>, guest: &mut Guest, asked: &Json, _: u64) -> Result<Option<Json>> {
-        let number = |key: &str| asked.get(key).and_then(Json::as_u64);
-        let text = |key: &str| asked.get(key).and_then(Json::as_str);
-        let id = asked.get("id").cloned().unwrap_or_default();
-        if let Some(n) = number("details") {
-            return acts::details(turn, n).map(Some);
-        }
-        if let Some(n) = number("script") {
-            return acts::script(turn, n).map(Some);
-        }
-        if let Some(n) = number("eye") {
-            guest.eye = n;
-            return Ok(None);
-        }
-        if let Some(n) = number("graph") {
-            guest.graph = n;
-            return Ok(None);
-        }
-        if guest.client.role != Rights::Act {
-            return Err(Fail::unsupported("this page may only view"));
-        }
-        if let Some(what) = text("do") {
-            self.request(turn, what)?;
-            return Ok(None);
-        }
-        if let Some(speed) = asked.get("speed").and_then(Json::as_f64) {
-            self.pace.speed = if speed <= 0.0 { 0.0 } else { speed.clamp(SPEEDS.0, SPEEDS.1) };
-            self.pace.again();
-            return Ok(None);
-        }
-        if let Some(key) = text("key") {
-            acts::call(turn, "tatu.press", &[json!(key)])?;
-            return Ok(None);
-        }
-        if let (Some(name), Some(part)) = (text("drop"), text("part")) {
-            let mut file = match guest.dropped.take() {
-                Some(file) => file,
-                None => Dropped::new(name)?,
-            };
-            file.take(part)?;
-            if asked.get("last") != Some(&Json::Bool(true)) {
-                guest.dropped = Some(file);
-                return Ok(None);
+    /// Executes a request; returns the answer, if it has one.
+    fn act(&mut self, turn: &Turn<'_>, guest: &mut Guest, asked: FromPage) -> Result<Option<ToPage>> {
+        let may_act = guest.client.role == Rights::Act;
+        match asked {
+            FromPage::Details { object } => return acts::details(turn, object).map(Some),
+            FromPage::Script { script } => return acts::script(turn, script).map(Some),
+            FromPage::Image { object } => guest.image = object,
+            FromPage::Graph { object } => guest.graph = object,
+            FromPage::Commands {} | FromPage::Files {} => {}
+            _ if !may_act => return Err(Fail::unsupported("this page may only view")),
+            FromPage::Run { action } => self.request(turn, action)?,
+            FromPage::Speed { speed } => {
+                self.pace.speed = if speed <= 0.0 { 0.0 } else { speed.clamp(SPEEDS.0, SPEEDS.1) };
+                self.pace.again();
             }
-            return Ok(Some(json!({ "result": [file.write(turn)?], "of": id })));
+            FromPage::Key { key } => {
+                acts::call(turn, "tatu.press", &[json!(key)])?;
+            }
+            FromPage::Drop { id, file: name, part, last } => {
+                let mut file = match guest.dropped.take() {
+                    Some(file) => file,
+                    None => Dropped::new(&name)?,
+                };
+                file.take(&part)?;
+                if last {
+                    return Ok(Some(ToPage::Result { of: id, results: vec![json!(file.write(turn)?)] }));
+                }
+                guest.dropped = Some(file);
+            }
+            FromPage::Open { id, file } => {
+                acts::open(turn, &self.recent, &file)?;
+                return Ok(Some(ToPage::Result { of: id, results: Vec::new() }));
+            }
+            FromPage::Picture { scene, png } => acts::picture(&self.recent, &scene, &png)?,
+            FromPage::Call { id, name, args } => {
+                self.last_round = None;
+                return Ok(Some(ToPage::Result { of: id, results: acts::call(turn, &name, &args)? }));
+            }
         }
-        if let Some(file) = text("open") {
-            acts::open(turn, &self.recent, file)?;
-            return Ok(Some(json!({ "result": [], "of": id })));
-        }
-        if let (Some(png), Some(scene)) = (text("picture"), text("scene")) {
-            acts::picture(&self.recent, scene, png)?;
-            return Ok(None);
-        }
-        if let Some(name) = text("call") {
-            let args = asked.get("args").and_then(Json::as_array).map_or(&[][..], Vec::as_slice);
-            return Ok(Some(json!({ "result": acts::call(turn, name, args)?, "of": id })));
-        }
-        Err(Fail::argument("an unknown request"))
+        Ok(None)
     }
 
-    fn request(&mut self, turn: &Turn<'_>, what: &str) -> Result {
+    fn request(&mut self, turn: &Turn<'_>, action: Action) -> Result {
         self.pace.again();
-        match what {
+        match action {
             // Between two steps the simulation is not paused: only the hold must be released.
-            "start" if self.held && turn.state() == TATU_RUNNING => {
+            Action::Start if self.held && turn.state() == TATU_RUNNING => {
                 self.held = false;
                 Ok(())
             }
-            "step" => {
+            Action::Step => {
                 // Resuming from a pause already makes one step.
                 let more = u64::from(turn.state() != TATU_PAUSED);
                 if turn.state() != TATU_RUNNING {
-                    turn.request(TATU_REQUEST_START)?;
+                    turn.request(acts::request(action))?;
                 }
                 (self.held, self.singles) = (true, self.singles + more);
                 Ok(())
             }
-            what => turn.request(acts::request(what)?),
+            _ => turn.request(acts::request(action)),
         }
     }
 }

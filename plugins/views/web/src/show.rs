@@ -5,7 +5,6 @@ use std::{
     time::{Duration, Instant},
 };
 
-use serde_json::json;
 use tatu_plugin_api::{
     abi::*,
     safe::{Result, Turn},
@@ -13,7 +12,9 @@ use tatu_plugin_api::{
 use tatu_services_common::outbox::Message;
 
 use crate::{
+    changes::Found,
     frames::{Now, object},
+    protocol::{RunState, ToPage},
     readings, scene,
     service::State,
 };
@@ -21,6 +22,8 @@ use crate::{
 /// Intervals of frames and of readings.
 const FRAMES: Duration = Duration::from_millis(50);
 const READINGS: Duration = Duration::from_millis(100);
+/// Least interval of comparisons of all objects with what clients know.
+const ROUNDS: Duration = Duration::from_millis(200);
 
 impl State {
     /// Queues all messages that are due.
@@ -36,13 +39,13 @@ impl State {
         self.last_frame = now;
         let ids = turn.list(0, 0, 0)?;
         if self.world != turn.raw().ptr().addr() || self.whole.ids != ids {
+            self.read_scene(turn, p)?;
+        } else {
+            self.show_changes(turn, p, now)?;
+        }
+        if self.is_old && self.guests.iter().any(|g| !g.whole) {
             self.whole = scene::read(turn, p)?;
-            self.world = turn.raw().ptr().addr();
-            if let Some(file) = turn.get(0, p.file)?.as_str() {
-                self.recent.shown(Path::new(&*file));
-            }
-            self.guests.iter_mut().for_each(|g| g.whole = false);
-            self.sent = readings::Sent::default();
+            self.is_old = false;
         }
         for guest in self.guests.iter_mut().filter(|g| !g.whole) {
             self.whole.messages.iter().for_each(|m| guest.client.out.send(m.clone()));
@@ -63,15 +66,49 @@ impl State {
         Ok(())
     }
 
+    /// Reads the scene, for all clients.
+    fn read_scene(&mut self, turn: &Turn<'_>, p: &crate::plugin::Props) -> Result {
+        self.whole = scene::read(turn, p)?;
+        self.changes.begin(turn, p, &self.whole)?;
+        if let Some(file) = turn.get(0, p.file)?.as_str() {
+            self.recent.shown(Path::new(&*file));
+        }
+        (self.world, self.is_old) = (turn.raw().ptr().addr(), false);
+        self.guests.iter_mut().for_each(|g| g.whole = false);
+        self.sent = readings::Sent::default();
+        Ok(())
+    }
+
+    /// Queues objects that have changed otherwise than by moving.
+    fn show_changes(&mut self, turn: &Turn<'_>, p: &crate::plugin::Props, now: Instant) -> Result {
+        if self.changes.is_round() {
+            if self.last_round.is_some_and(|last| now - last < ROUNDS) {
+                return Ok(());
+            }
+            self.last_round = Some(now);
+        }
+        match self.changes.look(turn, p, &mut self.whole)? {
+            Found::Nothing => {}
+            Found::Scene => self.read_scene(turn, p)?,
+            Found::Objects(messages) => {
+                self.is_old = true;
+                for guest in self.guests.iter().filter(|g| g.whole) {
+                    messages.iter().for_each(|m| guest.client.out.send(m.clone()));
+                }
+            }
+        }
+        Ok(())
+    }
+
     /// Publishes the state of the world, if it has changed.
     fn tell(&mut self, turn: &Turn<'_>, p: &crate::plugin::Props) -> Result {
         let state = match turn.state() {
-            TATU_STOPPED => "stopped",
-            TATU_PAUSED => "paused",
-            _ if self.held => "paused",
-            _ => "running",
+            TATU_STOPPED => RunState::Stopped,
+            TATU_PAUSED => RunState::Paused,
+            _ if self.held => RunState::Paused,
+            _ => RunState::Running,
         };
-        let text = json!({ "state": state, "speed": self.pace.speed, "dt": turn.f64(0, p.dt)? }).to_string();
+        let text = ToPage::State { state, speed: self.pace.speed, dt: turn.f64(0, p.dt)? }.text();
         if text != self.told {
             self.guests.iter().for_each(|g| g.client.out.send(Message::Text(text.clone().into())));
             self.told = text;
@@ -81,31 +118,37 @@ impl State {
 
     fn show_readings(&mut self, turn: &Turn<'_>, p: &crate::plugin::Props) -> Result {
         let new = readings::new(turn, p, &self.whole, &mut self.sent);
-        let any = new.as_object().is_some_and(|m| !m.is_empty());
-        let readings = json!({ "readings": new }).to_string();
-        let drawn = json!({ "drawings": readings::drawings(turn)? }).to_string();
-        let redrawn = drawn != self.drawn;
-        for guest in &self.guests {
+        let any = !new.is_empty();
+        let readings = ToPage::Readings { readings: new }.message();
+        let drawn = readings::drawings(turn)?.text();
+        if drawn != self.drawn {
+            (self.drawn, self.drawings) = (drawn, self.drawings + 1);
+        }
+        for guest in &mut self.guests {
             let out = &guest.client.out;
-            // A client that has not received the last messages yet is skipped until it has.
+            // A client that has not received the last messages yet is skipped until it has, and then gets all readings.
             if out.waits() {
+                guest.missed |= any;
                 continue;
             }
-            if any {
-                out.send(Message::Text(readings.clone().into()));
+            if guest.missed {
+                out.send(ToPage::Readings { readings: self.sent.all(&self.whole) }.message());
+                guest.missed = false;
+            } else if any {
+                out.send(readings.clone());
             }
-            if redrawn {
-                out.send(Message::Text(drawn.clone().into()));
+            if guest.drawings != self.drawings {
+                out.send(Message::Text(self.drawn.clone().into()));
+                guest.drawings = self.drawings;
             }
-            let image = (guest.eye != 0).then(|| readings::image(turn, p, object(guest.eye))).flatten();
+            let image = (guest.image != 0).then(|| readings::image(turn, p, object(guest.image))).flatten();
             image.into_iter().for_each(|m| out.send(m));
             if guest.graph != 0
                 && let Ok(graph) = readings::graph(turn, object(guest.graph))
             {
-                out.send(Message::Text(graph.to_string().into()));
+                out.send(graph.message());
             }
         }
-        self.drawn = drawn;
         Ok(())
     }
 }

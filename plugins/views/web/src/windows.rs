@@ -2,7 +2,10 @@
 
 use std::collections::BTreeMap;
 
-use serde_json::{Value as Json, json};
+use serde_json::Value as Json;
+use tatu_services_common::outbox::Message;
+
+use crate::protocol::ToPage;
 
 /// The event that reports windows.
 pub const EVENT: &str = "ui.window";
@@ -41,8 +44,8 @@ impl Windows {
         }
     }
     /// Returns the messages that open the windows.
-    pub fn messages(&self) -> impl Iterator<Item = String> + '_ {
-        self.open.values().map(|w| json!({ "event": EVENT, "payload": w }).to_string())
+    pub fn messages(&self) -> impl Iterator<Item = Message> + '_ {
+        self.open.values().map(|w| ToPage::Event { name: EVENT.to_owned(), payload: w.clone() }.message())
     }
     /// Returns the commands and numbers of dialogs that wait for an answer, each once.
     pub fn asking(&mut self) -> Vec<(String, i64)> {
@@ -57,6 +60,8 @@ impl Windows {
 
 #[cfg(test)]
 mod tests {
+    use serde_json::json;
+
     use super::*;
 
     #[test]
@@ -70,8 +75,8 @@ mod tests {
         windows.hear(&one(json!({ "widgets": [{ "element": "ui", "values": { "title": "A" } }] })));
         windows.hear(&one(json!({ "n": 0, "set": { "title": "B" } })));
         windows.hear(&one(json!({ "n": 7, "set": { "title": "C" } })));
-        let told: Vec<String> = windows.messages().collect();
-        assert!(told.len() == 1 && told[0].contains("\"B\""), "{told:?}");
+        let told: Vec<String> = windows.messages().map(|m| format!("{m:?}")).collect();
+        assert!(told.len() == 1 && told[0].contains("title") && told[0].contains('B'), "{told:?}");
         windows.hear(&one(json!({ "closed": true })));
         assert_eq!(windows.messages().count(), 0);
     }

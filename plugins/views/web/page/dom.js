@@ -1,0 +1,27 @@
+// @ts-check
+// Elements of the page.
+
+/**
+ * The element with an id, of the class that it is to have.
+ * @template {Element} [T=HTMLElement]
+ * @param {string} id
+ * @param {new () => T} [type]
+ * @returns {T}
+ */
+export function get(id, type) {
+  const found = document.getElementById(id);
+  const wanted = type ?? HTMLElement;
+  if (!(found instanceof wanted)) throw new Error(`the page has no ${wanted.name} with the id "${id}"`);
+  return /** @type {T} */ (/** @type {Element} */ (found));
+}
+
+/**
+ * Makes an element with properties.
+ * @template {keyof HTMLElementTagNameMap} K
+ * @param {K} tag
+ * @param {Partial<HTMLElementTagNameMap[K]>} [more]
+ * @returns {HTMLElementTagNameMap[K]}
+ */
+export function make(tag, more = {}) {
+  return Object.assign(document.createElement(tag), more);
+}

@@ -1,0 +1,123 @@
+// @ts-check
+// Binary messages: frames, meshes and images, as docs/reference/web-stream.md describes them. Nothing here needs a page.
+
+/** Kinds of binary messages, by their first byte. @type {{ [kind: number]: "frame" | "mesh" | "image" | undefined }} */
+export const BINARY = { 1: "frame", 2: "mesh", 3: "image" };
+const HEAD = 20;
+
+/**
+ * What an entry of a frame sets.
+ * @typedef {{ id: number, what: "pose" | "position" | "rotation", numbers: number[] }} Entry
+ */
+
+/**
+ * @param {DataView} view
+ * @param {number} at
+ */
+const float64 = (view, at) => view.getFloat64(at, true);
+/**
+ * @param {DataView} view
+ * @param {number} at
+ */
+const turned = (view, at) => view.getInt16(at, true) / 32767;
+/**
+ * @param {DataView} view
+ * @param {number} at
+ */
+const placed = (view, at) => view.getInt32(at, true) / 1e4;
+
+/**
+ * Kinds of entries: what they set, and how many numbers of which size they have.
+ * @type {{ what: Entry["what"], read: ((view: DataView, at: number) => number)[], size: number[] }[]}
+ */
+const ENTRIES = [
+  { what: "pose", read: [placed, placed, placed, turned, turned, turned, turned], size: [4, 4, 4, 2, 2, 2, 2] },
+  { what: "position", read: [(view, at) => view.getFloat32(at, true)], size: [4] },
+  { what: "rotation", read: [turned, turned, turned, turned], size: [2, 2, 2, 2] },
+  // Those of a film, in full precision.
+  { what: "pose", read: Array(7).fill(float64), size: Array(7).fill(8) },
+  { what: "position", read: [float64], size: [8] },
+  { what: "rotation", read: Array(4).fill(float64), size: Array(4).fill(8) },
+];
+
+/**
+ * The number of bytes of an entry after its head, by its kind.
+ * @param {number} kind
+ */
+export function entryLength(kind) {
+  return ENTRIES[kind]?.size.reduce((sum, n) => sum + n, 0) ?? 0;
+}
+
+/**
+ * The simulation time of a frame.
+ * @param {DataView} view
+ */
+export function timeOf(view) {
+  return view.getFloat64(8, true);
+}
+
+/**
+ * Calls `f` with each entry of a frame. The array is used again for the next one. A frame that ends early or has an
+ * unknown kind of entry is read as far as it goes.
+ * @param {DataView} view
+ * @param {(id: number, what: Entry["what"], numbers: number[]) => void} f
+ */
+export function eachEntry(view, f) {
+  const count = view.getUint32(16, true);
+  const numbers = [0, 0, 0, 0, 0, 0, 0];
+  let at = HEAD;
+  for (let i = 0; i < count && at + 4 <= view.byteLength; i++) {
+    const head = view.getUint32(at, true);
+    const entry = ENTRIES[head >>> 24];
+    at += 4;
+    if (!entry || at + entryLength(head >>> 24) > view.byteLength) return;
+    numbers.length = entry.read.length;
+    entry.read.forEach((read, k) => {
+      numbers[k] = read(view, at);
+      at += entry.size[k] ?? 0;
+    });
+    f(head & 0xffffff, entry.what, numbers);
+  }
+}
+
+/**
+ * A mesh: its checksum, the numbers of its points, and the points of its triangles.
+ * @param {DataView} view
+ * @returns {{ sum: string, points: Float32Array, triangles: Uint32Array }}
+ */
+export function mesh(view) {
+  const { buffer, byteOffset } = view;
+  const sum = new TextDecoder().decode(new Uint8Array(buffer, byteOffset + 4, 16));
+  const [points, triangles] = [view.getUint32(20, true), view.getUint32(24, true)];
+  const from = byteOffset + 28;
+  return {
+    sum,
+    points: new Float32Array(buffer.slice(from, from + 12 * points)),
+    triangles: new Uint32Array(buffer.slice(from + 12 * points, from + 12 * points + 12 * triangles)),
+  };
+}
+
+/**
+ * An image of a sensor as bytes red green blue alpha, the highest row first. Depths become lighter towards the sensor.
+ * @param {DataView} view
+ * @returns {{ id: number, width: number, height: number, pixels: Uint8ClampedArray<ArrayBuffer> }}
+ */
+export function image(view) {
+  const [id, width, height] = [view.getUint32(4, true), view.getUint32(8, true), view.getUint32(12, true)];
+  const pixels = new Uint8ClampedArray(4 * width * height);
+  const color = view.getUint8(2) === 0;
+  const depth = (/** @type {number} */ i) => view.getFloat32(16 + 4 * i, true);
+  let far = 0;
+  if (!color) for (let i = 0; i < width * height; i++) if (Number.isFinite(depth(i))) far = Math.max(far, depth(i));
+  // What meets nothing is as dark as the farthest that is seen.
+  const light = (/** @type {number} */ i) => (Number.isFinite(depth(i)) ? 255 * (1 - depth(i) / (far || 1)) : 0);
+  for (let y = 0; y < height; y++) {
+    for (let x = 0; x < width; x++) {
+      const from = y * width + x;
+      const to = 4 * ((height - 1 - y) * width + x);
+      for (let c = 0; c < 3; c++) pixels[to + c] = color ? view.getUint8(16 + 3 * from + c) : light(from);
+      pixels[to + 3] = 255;
+    }
+  }
+  return { id, width, height, pixels };
+}

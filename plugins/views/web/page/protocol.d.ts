@@ -1,0 +1,228 @@
+// The messages of the page and the program, generated from plugins/views/web/src/protocol/ by
+// `TATU_BLESS=page cargo test -p tatu-views-web protocol`.
+
+/**
+ * What a request to run does.
+ */
+export type Action = "start" | "pause" | "stop" | "step" | "quit";
+
+/**
+ * A command, for completion.
+ */
+export type Command = { name: string,
+/**
+ * Its parameters, joined by commas.
+ */
+params: string, text: string, };
+
+/**
+ * What a script draws.
+ */
+export type Drawing = { form: string,
+/**
+ * The size of points and lines in pixels, of bodies in m.
+ */
+size: number, color: Array<number>,
+/**
+ * The numbers of all items, and how many each has.
+ */
+items: Array<number>, stride: number, };
+
+/**
+ * A request to the program.
+ */
+export type FromPage = { "type": "run", action: Action, } | { "type": "speed", speed: number, } | { "type": "key", key: string, } | { "type": "drop", id: number, file: string, part: string, last: boolean, } | { "type": "open", id: number, file: string, } | { "type": "picture", scene: string, png: string, } | { "type": "call", id: number, name: string, args: Array<unknown>, } | { "type": "details", object: number, } | { "type": "script", script: number, } | { "type": "image", object: number, } | { "type": "graph", object: number, } | { "type": "commands", } | { "type": "files", };
+
+/**
+ * How a joint moves.
+ */
+export type Joint = {
+/**
+ * revolute, prismatic or spherical.
+ */
+type: string,
+/**
+ * The way of a screw per turn, m.
+ */
+lead: number, };
+
+/**
+ * A visible part of a shape.
+ */
+export type Part = {
+/**
+ * plane, box, sphere, cylinder, capsule or mesh.
+ */
+form: string,
+/**
+ * Its pose in the frame of its object.
+ */
+pose: [number, number, number, number, number, number, number],
+/**
+ * Red, green and blue, 0 to 1.
+ */
+color: [number, number, number],
+/**
+ * Its size along its axes, m.
+ */
+size?: Array<number>,
+/**
+ * The checksum of its mesh, which is a message of its own.
+ */
+mesh?: string, };
+
+/**
+ * A reading.
+ */
+export type Reading = { "schema": "proximity", detected: boolean, distance?: number,
+/**
+ * The detected point, in the sensor's frame.
+ */
+point?: Array<number>, } | { "schema": "range_scan",
+/**
+ * The distance of each beam, m; null: it meets nothing.
+ */
+distance: Array<number | null>,
+/**
+ * The angle of each beam about +y from +z, rad.
+ */
+angle: Array<number>,
+/**
+ * The elevation of each beam towards +y, rad; missing: 0.
+ */
+elevation?: Array<number>,
+/**
+ * The greatest distance that the sensor can tell, m; missing: there is none.
+ */
+range?: number, } | { "schema": "gps",
+/**
+ * In the frame of the world.
+ */
+position: Array<number>, };
+
+/**
+ * A property of an object.
+ */
+export type Row = { key: string,
+/**
+ * Its type, one of the numbers `TATU_*`, and how many values it has; 0: any number.
+ */
+type: number, count: number, unit: string, text: string, settable: boolean, choices: Array<string>, value: unknown, };
+
+export type RunState = "stopped" | "running" | "paused";
+
+/**
+ * A scene that can be opened.
+ */
+export type SceneFile = { in: Section,
+/**
+ * The name by which it is opened.
+ */
+file: string,
+/**
+ * The first paragraph of its comment.
+ */
+about: string,
+/**
+ * What its comment says to try in the page.
+ */
+try: string,
+/**
+ * A PNG in base64.
+ */
+picture: string | null, };
+
+/**
+ * An object of the scene.
+ */
+export type SceneObject = {
+/**
+ * Its handle.
+ */
+id: number,
+/**
+ * The handle of its parent; 0: none. Children of a joint are attached to its moved frame.
+ */
+parent: number, alias: string, kind: string,
+/**
+ * Position and quaternion (x y z w) in the parent's frame.
+ */
+pose: [number, number, number, number, number, number, number], visible: boolean, layer: number,
+/**
+ * Whether it is the base of a model.
+ */
+model: boolean,
+/**
+ * The parts of a shape.
+ */
+parts?: Array<Part>, joint?: Joint,
+/**
+ * The kind of a sensor.
+ */
+sensor?: string,
+/**
+ * The schema of a sensor's readings, if the page shows it.
+ */
+schema?: Schema,
+/**
+ * How far and how wide a sensor detects.
+ */
+volume?: Volume,
+/**
+ * The poses of a path, seven numbers each.
+ */
+points?: Array<number>, closed?: boolean, scripts?: Array<Script>, };
+
+/**
+ * A schema of readings that the page shows.
+ */
+export type Schema = "proximity" | "range_scan" | "image" | "gps";
+
+/**
+ * A script of an object or of the scene.
+ */
+export type Script = { id: number, name: string, kind: string, language: string,
+/**
+ * Another number if its text is another.
+ */
+version: number, };
+
+/**
+ * Where a scene is from.
+ */
+export type Section = "recent" | "own" | "program";
+
+/**
+ * A stream of a graph, with its newest samples.
+ */
+export type Stream = { name: string, unit: string, color: [number, number, number] | null,
+/**
+ * Samples that are not finite are null.
+ */
+times: Array<number | null>, values: Array<number | null>, };
+
+/**
+ * A message to the page.
+ */
+export type ToPage = { "type": "hello", version: number,
+/**
+ * Whether the client may act.
+ */
+acts: boolean,
+/**
+ * A view-only address for other clients.
+ */
+look?: string, speed: number, } | { "type": "scene", file: string, dt: number, objects: Array<SceneObject>, scripts: Array<Script>, } | { "type": "objects", objects: Array<SceneObject>, } | { "type": "state", state: RunState, speed: number, dt: number, } | { "type": "event", name: string, payload: any, } | { "type": "readings", readings: { [key in number]: Reading | null }, } | { "type": "drawings", drawings: Array<Drawing>, } | { "type": "streams", graph: number, streams: Array<Stream>, } | { "type": "details", object: number, rows: Array<Row>, } | { "type": "script", script: number, text: string, } | { "type": "commands", commands: Array<Command>, } | { "type": "files", files: Array<SceneFile>,
+/**
+ * The name of the working folder.
+ */
+folder: string, } | { "type": "result", of: number, results: Array<any>, } | { "type": "error", error: string, help?: string, of?: number, };
+
+/**
+ * The volume in which a sensor detects; lengths in m, angles in rad. Infinite numbers are left out.
+ */
+export type Volume = {
+/**
+ * ray, cone, pyramid, cylinder or disc.
+ */
+volume?: string, range?: number, near?: number, angle?: number, height?: number, radius_near?: number, radius_far?: number, size_near?: [number, number], size_far?: [number, number], };

@@ -1,0 +1,54 @@
+// @ts-check
+// The grid and the angle to which things snap while they are placed, moved and turned.
+
+import { get } from "tatu/dom";
+import { snap } from "tatu/geometry";
+
+const grid = get("snap-length", HTMLSelectElement);
+const turns = get("snap-angle", HTMLSelectElement);
+/** @type {(() => void)[]} */
+const watchers = [];
+
+for (const field of [grid, turns]) {
+  const key = `tatu ${field.id}`;
+  const kept = localStorage.getItem(key);
+  if (kept !== null && [...field.options].some((o) => o.value === kept)) field.value = kept;
+  field.addEventListener("change", () => {
+    localStorage.setItem(key, field.value);
+    for (const f of watchers) f();
+  });
+}
+
+/** The step of positions, m; 0: none. */
+export function lengthStep() {
+  return Number(grid.value);
+}
+
+/** The step of angles, rad; 0: none. */
+export function angleStep() {
+  return (Number(turns.value) * Math.PI) / 180;
+}
+
+/**
+ * A position on the grid.
+ * @param {number} x m
+ */
+export function snapLength(x) {
+  return snap(x, lengthStep());
+}
+
+/**
+ * An angle at a whole number of steps.
+ * @param {number} a rad
+ */
+export function snapAngle(a) {
+  return snap(a, angleStep());
+}
+
+/**
+ * Calls `f` when another step is chosen.
+ * @param {() => void} f
+ */
+export function watchSnap(f) {
+  watchers.push(f);
+}

@@ -1,0 +1,130 @@
+//! Requests of a client.
+
+use serde::Deserialize;
+use serde_json::{Map, Value as Json};
+
+/// A request to the program.
+// In Rust the variant encloses its fields, so that an error can name the field; on the wire it is the key `type`.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[cfg_attr(test, derive(ts_rs::TS), ts(tag = "type"))]
+#[serde(rename_all = "snake_case", deny_unknown_fields)]
+pub(crate) enum FromPage {
+    /// Does what a button of the page does.
+    Run { action: Action },
+    /// Sets the speed as a multiple of real time; 0: as fast as possible.
+    Speed { speed: f64 },
+    /// Presses a key: a character or a name such as `up`.
+    Key { key: String },
+    /// Sends a part of a file, in base64; the answer to the last one is the name of the file for commands.
+    Drop { id: u32, file: String, part: String, last: bool },
+    /// Opens a scene of the gallery, or as `tatu.open` does.
+    Open { id: u32, file: String },
+    /// Keeps a picture of a recent scene: a PNG in base64.
+    Picture { scene: String, png: String },
+    /// Calls a command.
+    Call {
+        id: u32,
+        name: String,
+        #[cfg_attr(test, ts(type = "Array<unknown>"))]
+        args: Vec<Json>,
+    },
+    /// Requests the properties of an object.
+    Details { object: u32 },
+    /// Requests the source of a script.
+    Script { script: u32 },
+    /// Requests the images of a sensor from now on; 0: of none.
+    Image { object: u32 },
+    /// Requests the streams of a graph from now on; 0: of none.
+    Graph { object: u32 },
+    /// Requests the list of all commands.
+    Commands {},
+    /// Requests the list of scenes that can be opened.
+    Files {},
+}
+
+/// What a request to run does.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[cfg_attr(test, derive(ts_rs::TS))]
+#[serde(rename_all = "snake_case")]
+pub(crate) enum Action {
+    Start,
+    Pause,
+    Stop,
+    Step,
+    Quit,
+}
+
+/// Why a request was refused, and the number of the call that it was.
+#[derive(Debug, PartialEq, Eq)]
+pub(crate) struct Refused {
+    pub(crate) text: String,
+    pub(crate) of: Option<u32>,
+}
+
+impl FromPage {
+    /// Returns the number by which an answer refers to the request.
+    pub(crate) fn id(&self) -> Option<u32> {
+        match self {
+            FromPage::Drop { id, .. } | FromPage::Open { id, .. } | FromPage::Call { id, .. } => Some(*id),
+            _ => None,
+        }
+    }
+    /// Reads a request.
+    pub(crate) fn read(text: &str) -> Result<FromPage, Refused> {
+        let refuse = |text: String, of| Err(Refused { text, of });
+        let mut fields = match serde_json::from_str(text) {
+            Ok(Json::Object(fields)) => fields,
+            Ok(_) => return refuse("a request is a JSON object with the key `type`".to_owned(), None),
+            Err(e) => return refuse(format!("a request is a JSON object with the key `type`: {e}"), None),
+        };
+        let of = fields.get("id").and_then(Json::as_u64).and_then(|n| n.try_into().ok());
+        let kind = match fields.remove("type") {
+            Some(Json::String(kind)) => kind,
+            Some(other) => return refuse(format!("`type` of a request: expected a string, found {other}"), of),
+            None => return refuse("a request lacks the key `type`".to_owned(), of),
+        };
+        let whole = Json::Object(Map::from_iter([(kind.clone(), Json::Object(fields))]));
+        serde_path_to_error::deserialize(whole).or_else(|e| {
+            let path = e.path().to_string();
+            let field = path.strip_prefix(&kind).map_or("", |rest| rest.trim_start_matches('.'));
+            let place = if field.is_empty() { String::new() } else { format!("`{field}` of ") };
+            refuse(format!("{place}a request of type `{kind}`: {}", e.inner()), of)
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn requests_are_read() {
+        let read = |text| FromPage::read(text).unwrap();
+        assert_eq!(read(r#"{"type": "run", "action": "step"}"#), FromPage::Run { action: Action::Step });
+        assert_eq!(read(r#"{"speed": 2, "type": "speed"}"#), FromPage::Speed { speed: 2.0 });
+        assert_eq!(read(r#"{"type": "files"}"#), FromPage::Files {});
+        let call = FromPage::Call { id: 3, name: "tatu.get".into(), args: vec![1.into(), "object.pose".into()] };
+        assert_eq!(read(r#"{"type": "call", "id": 3, "name": "tatu.get", "args": [1, "object.pose"]}"#), call);
+    }
+
+    #[test]
+    fn errors_name_the_field_and_what_was_expected() {
+        for (text, parts, of) in [
+            ("no JSON", &["JSON object", "`type`", "line 1"][..], None),
+            ("[1]", &["JSON object", "`type`"], None),
+            (r#"{"speed": 1}"#, &["lacks the key `type`"], None),
+            (r#"{"type": 7}"#, &["`type`", "expected a string, found 7"], None),
+            (r#"{"type": "fly", "id": 9}"#, &["unknown variant `fly`", "`speed`"], Some(9)),
+            (r#"{"type": "speed", "speed": "fast"}"#, &["`speed` of", "\"fast\"", "expected f64"], None),
+            (r#"{"type": "details", "object": -1}"#, &["`object` of", "`-1`", "expected u32"], None),
+            (r#"{"type": "call", "id": 4, "name": "x"}"#, &["`call`", "missing field `args`"], Some(4)),
+            (r#"{"type": "call", "id": 4, "name": "x", "args": 1}"#, &["`args` of", "expected a sequence"], Some(4)),
+            (r#"{"type": "run", "action": "fly"}"#, &["`action` of", "`fly`", "`start`"], None),
+            (r#"{"type": "key", "key": "a", "kee": 1}"#, &["unknown field `kee`", "expected `key`"], None),
+        ] {
+            let refused = FromPage::read(text).unwrap_err();
+            assert!(parts.iter().all(|p| refused.text.contains(p)), "{text}: {refused:?}");
+            assert_eq!(refused.of, of, "{text}");
+        }
+    }
+}

@@ -1,0 +1,63 @@
+//! The text messages of the page and the program: one enum for each direction, whose variant is the key `type` of the
+//! JSON. `page/protocol.d.ts` declares the same for the page; a test compares the two.
+
+mod from_page;
+mod object;
+mod sensed;
+mod to_page;
+
+pub(crate) use from_page::{Action, FromPage};
+pub(crate) use object::{Joint, Object, Part, Schema, Script, Volume};
+pub(crate) use sensed::{Drawing, Reading, Readings, Stream};
+pub(crate) use to_page::{Command, Row, RunState, SceneFile, Section, ToPage};
+
+#[cfg(test)]
+mod tests {
+    use std::{collections::BTreeMap, fs, path::Path};
+
+    use ts_rs::{Config, TS, TypeVisitor};
+
+    use super::*;
+
+    /// The declarations that a type needs, by name.
+    struct Declarations<'a>(&'a Config, BTreeMap<String, String>);
+
+    impl TypeVisitor for Declarations<'_> {
+        fn visit<T: TS + 'static + ?Sized>(&mut self) {
+            // Only types of our own have a file to be written to.
+            if T::output_path().is_none() || self.1.contains_key(&T::ident(self.0)) {
+                return;
+            }
+            let docs = T::docs().unwrap_or_default();
+            self.1.insert(T::ident(self.0), format!("{docs}export {}\n", T::decl(self.0)));
+            T::visit_dependencies(self);
+        }
+    }
+
+    fn declarations() -> String {
+        let config = Config::new();
+        let mut all = Declarations(&config, BTreeMap::new());
+        all.visit::<ToPage>();
+        all.visit::<FromPage>();
+        let head = "// The messages of the page and the program, generated from plugins/views/web/src/protocol/ by\n\
+                    // `TATU_BLESS=page cargo test -p tatu-views-web protocol`.\n";
+        let text = [head.to_owned()].into_iter().chain(all.1.into_values()).collect::<Vec<_>>().join("\n");
+        // Declarations of many lines have spaces at their ends.
+        text.lines().map(str::trim_end).collect::<Vec<_>>().join("\n") + "\n"
+    }
+
+    #[test]
+    fn the_page_has_the_same_types() {
+        let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("page/protocol.d.ts");
+        let own = declarations();
+        if std::env::var_os("TATU_BLESS").is_some_and(|v| v == "page") {
+            fs::write(&file, &own).unwrap();
+        }
+        let known = fs::read_to_string(&file).unwrap_or_default().replace("\r\n", "\n");
+        assert!(
+            own == known,
+            "page/protocol.d.ts differs from src/protocol/: `TATU_BLESS=page cargo test -p tatu-views-web protocol` \
+             writes it again"
+        );
+    }
+}

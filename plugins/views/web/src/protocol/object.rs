@@ -1,0 +1,123 @@
+//! Objects of a scene.
+
+use serde::Serialize;
+
+/// An object of the scene.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(test, derive(ts_rs::TS), ts(optional_fields, rename = "SceneObject"))]
+pub(crate) struct Object {
+    /// Its handle.
+    pub(crate) id: u32,
+    /// The handle of its parent; 0: none. Children of a joint are attached to its moved frame.
+    pub(crate) parent: u32,
+    pub(crate) alias: String,
+    pub(crate) kind: String,
+    /// Position and quaternion (x y z w) in the parent's frame.
+    pub(crate) pose: [f64; 7],
+    pub(crate) visible: bool,
+    #[cfg_attr(test, ts(type = "number"))]
+    pub(crate) layer: i64,
+    /// Whether it is the base of a model.
+    pub(crate) model: bool,
+    /// The parts of a shape.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) parts: Option<Vec<Part>>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) joint: Option<Joint>,
+    /// The kind of a sensor.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) sensor: Option<String>,
+    /// The schema of a sensor's readings, if the page shows it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) schema: Option<Schema>,
+    /// How far and how wide a sensor detects.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) volume: Option<Volume>,
+    /// The poses of a path, seven numbers each.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) points: Option<Vec<f64>>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) closed: Option<bool>,
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    #[cfg_attr(test, ts(optional, as = "Option<Vec<Script>>"))]
+    pub(crate) scripts: Vec<Script>,
+}
+
+/// A visible part of a shape.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(test, derive(ts_rs::TS), ts(optional_fields))]
+pub(crate) struct Part {
+    /// plane, box, sphere, cylinder, capsule or mesh.
+    pub(crate) form: String,
+    /// Its pose in the frame of its object.
+    #[cfg_attr(test, ts(as = "[f64; 7]"))]
+    pub(crate) pose: Vec<f64>,
+    /// Red, green and blue, 0 to 1.
+    #[cfg_attr(test, ts(as = "[f64; 3]"))]
+    pub(crate) color: Vec<f64>,
+    /// Its size along its axes, m.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) size: Option<Vec<f64>>,
+    /// The checksum of its mesh, which is a message of its own.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) mesh: Option<String>,
+}
+
+/// How a joint moves.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(test, derive(ts_rs::TS))]
+pub(crate) struct Joint {
+    /// revolute, prismatic or spherical.
+    #[serde(rename = "type")]
+    pub(crate) form: String,
+    /// The way of a screw per turn, m.
+    pub(crate) lead: f64,
+}
+
+/// A script of an object or of the scene.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+#[cfg_attr(test, derive(ts_rs::TS))]
+pub(crate) struct Script {
+    pub(crate) id: u32,
+    pub(crate) name: String,
+    pub(crate) kind: String,
+    pub(crate) language: String,
+    /// Another number if its text is another.
+    pub(crate) version: u32,
+}
+
+/// A schema of readings that the page shows.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[cfg_attr(test, derive(ts_rs::TS))]
+#[serde(rename_all = "snake_case")]
+pub(crate) enum Schema {
+    Proximity,
+    RangeScan,
+    Image,
+    Gps,
+}
+
+/// The volume in which a sensor detects; lengths in m, angles in rad. Infinite numbers are left out.
+#[derive(Debug, Clone, Default, PartialEq, Serialize)]
+#[cfg_attr(test, derive(ts_rs::TS), ts(optional_fields))]
+pub(crate) struct Volume {
+    /// ray, cone, pyramid, cylinder or disc.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) volume: Option<String>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) range: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) near: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) angle: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) height: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) radius_near: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) radius_far: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) size_near: Option<[f64; 2]>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) size_far: Option<[f64; 2]>,
+}

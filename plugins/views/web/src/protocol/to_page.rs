@@ -1,0 +1,167 @@
+//! Messages to a client.
+
+use serde::Serialize;
+use serde_json::Value as Json;
+use tatu_services_common::outbox::Message;
+
+use super::{
+    object::{Object, Script},
+    sensed::{Drawing, Readings, Stream},
+};
+
+/// A message to the page.
+#[derive(Debug, Clone, Serialize)]
+#[cfg_attr(test, derive(ts_rs::TS), ts(optional_fields))]
+#[serde(tag = "type", rename_all = "snake_case")]
+pub(crate) enum ToPage {
+    /// The first message.
+    Hello {
+        version: u32,
+        /// Whether the client may act.
+        acts: bool,
+        /// A view-only address for other clients.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        look: Option<String>,
+        speed: f64,
+    },
+    /// The scene as a whole.
+    Scene {
+        file: String,
+        dt: f64,
+        objects: Vec<Object>,
+        scripts: Vec<Script>,
+    },
+    /// Objects that have changed otherwise than by moving.
+    Objects {
+        objects: Vec<Object>,
+    },
+    State {
+        state: RunState,
+        speed: f64,
+        dt: f64,
+    },
+    Event {
+        name: String,
+        #[cfg_attr(test, ts(type = "any"))]
+        payload: Json,
+    },
+    Readings {
+        readings: Readings,
+    },
+    Drawings {
+        drawings: Vec<Drawing>,
+    },
+    Streams {
+        graph: u32,
+        streams: Vec<Stream>,
+    },
+    /// The properties of an object.
+    Details {
+        object: u32,
+        rows: Vec<Row>,
+    },
+    /// The source of a script.
+    Script {
+        script: u32,
+        text: String,
+    },
+    Commands {
+        commands: Vec<Command>,
+    },
+    Files {
+        files: Vec<SceneFile>,
+        /// The name of the working folder.
+        folder: String,
+    },
+    /// The results of the call with this number.
+    Result {
+        of: u32,
+        #[cfg_attr(test, ts(type = "Array<any>"))]
+        results: Vec<Json>,
+    },
+    /// Why a call failed, by its number, or why a request was refused.
+    Error {
+        error: String,
+        #[serde(skip_serializing_if = "Option::is_none")]
+        help: Option<String>,
+        #[serde(skip_serializing_if = "Option::is_none")]
+        of: Option<u32>,
+    },
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[cfg_attr(test, derive(ts_rs::TS))]
+#[serde(rename_all = "snake_case")]
+pub(crate) enum RunState {
+    Stopped,
+    Running,
+    Paused,
+}
+
+/// A property of an object.
+#[derive(Debug, Clone, Serialize)]
+#[cfg_attr(test, derive(ts_rs::TS))]
+pub(crate) struct Row {
+    pub(crate) key: String,
+    /// Its type, one of the numbers `TATU_*`, and how many values it has; 0: any number.
+    #[serde(rename = "type")]
+    #[cfg_attr(test, ts(type = "number"))]
+    pub(crate) kind: i64,
+    #[cfg_attr(test, ts(type = "number"))]
+    pub(crate) count: i64,
+    pub(crate) unit: String,
+    pub(crate) text: String,
+    pub(crate) settable: bool,
+    pub(crate) choices: Vec<String>,
+    #[cfg_attr(test, ts(type = "unknown"))]
+    pub(crate) value: Json,
+}
+
+/// A command, for completion.
+#[derive(Debug, Clone, Serialize)]
+#[cfg_attr(test, derive(ts_rs::TS))]
+pub(crate) struct Command {
+    pub(crate) name: String,
+    /// Its parameters, joined by commas.
+    pub(crate) params: String,
+    pub(crate) text: String,
+}
+
+/// A scene that can be opened.
+#[derive(Debug, Clone, Serialize)]
+#[cfg_attr(test, derive(ts_rs::TS))]
+pub(crate) struct SceneFile {
+    #[serde(rename = "in")]
+    pub(crate) section: Section,
+    /// The name by which it is opened.
+    pub(crate) file: String,
+    /// The first paragraph of its comment.
+    pub(crate) about: String,
+    /// What its comment says to try in the page.
+    #[serde(rename = "try")]
+    pub(crate) to_try: String,
+    /// A PNG in base64.
+    pub(crate) picture: Option<String>,
+}
+
+/// Where a scene is from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[cfg_attr(test, derive(ts_rs::TS))]
+#[serde(rename_all = "snake_case")]
+pub(crate) enum Section {
+    Recent,
+    Own,
+    Program,
+}
+
+impl ToPage {
+    /// Returns the message as text.
+    pub(crate) fn text(&self) -> String {
+        // Numbers that are not finite become null, and no map has keys that JSON lacks: writing cannot fail.
+        serde_json::to_string(self).unwrap_or_default()
+    }
+    /// Returns the message as it is sent.
+    pub(crate) fn message(&self) -> Message {
+        Message::Text(self.text().into())
+    }
+}

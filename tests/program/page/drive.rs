@@ -1,0 +1,64 @@
+//! What tests in a browser share: a scene on a page, and questions to both.
+
+use serde_json::Value;
+
+use super::program::Served;
+use crate::{
+    kit::browser::{Page, browser},
+    kit::*,
+};
+
+/// A scene that the program serves, and the page that shows it.
+pub struct Shown {
+    pub page: Page,
+    pub served: Served,
+    _place: Place,
+}
+
+impl Shown {
+    /// Shows a scene, which follows the line `[scene]`.
+    pub fn new(scene: &str) -> Shown {
+        Shown::of(Place::scene(scene), &["open", "scene.toml", "--no-browser"])
+    }
+    /// Shows what the program opens in a folder.
+    pub fn of(place: Place, args: &[&str]) -> Shown {
+        let served = Served::new(place.path(), args);
+        let mut page = Page::open(&browser(), &served.url);
+        page.until("document.readyState === 'complete' && (document.getElementById('name')?.textContent ?? '') !== ''");
+        Shown { page, served, _place: place }
+    }
+    /// Returns the value of an expression in which `net`, `store`, `objects`, `view` and `three` are modules, and
+    /// `of(alias)` is an object of the scene.
+    pub fn ask(&mut self, expression: &str) -> Value {
+        self.page.js(&asking(expression))
+    }
+    /// Waits until such an expression is true.
+    pub fn until(&mut self, expression: &str) {
+        self.page.until(&asking(expression));
+    }
+    /// Returns where a point is on the page, given in the frame of an object.
+    pub fn pixel(&mut self, alias: &str, point: [f64; 3]) -> [f64; 2] {
+        let found = self.ask(&format!(
+            "(() => {{ const g = objects.groups.get(of({alias:?}).id); g.updateWorldMatrix(true, false); \
+             view.camera.updateMatrixWorld(); \
+             const p = g.localToWorld(new three.Vector3(...{point:?})).project(view.camera); \
+             const b = view.renderer.domElement.getBoundingClientRect(); \
+             return [b.left + (p.x + 1) / 2 * b.width, b.top + (1 - p.y) / 2 * b.height]; }})()"
+        ));
+        [0, 1].map(|i| found[i].as_f64().unwrap())
+    }
+    /// Checks that nothing went wrong in the page.
+    pub fn end(self) {
+        assert!(self.page.wrong.is_empty(), "{:#?}", self.page.wrong);
+    }
+}
+
+fn asking(expression: &str) -> String {
+    format!(
+        "(async () => {{ const [net, store, objects, view, three] = await Promise.all(['tatu/net', 'tatu/store', \
+         'tatu/objects', 'tatu/view', 'three'].map((m) => import(m))); \
+         const of = (alias) => [...store.scene.objects.values()].find((o) => o.alias === alias); \
+         const get = async (alias, key) => (await net.call('tatu.get', of(alias).id, key))[0]; \
+         return await ({expression}); }})()"
+    )
+}

@@ -1,0 +1,113 @@
+//! The program with its page, and a client that speaks its protocol.
+
+use std::{
+    io::{BufRead, BufReader, Read, Write},
+    net::TcpStream,
+    path::Path,
+    process::{Child, Command, Stdio},
+    time::Duration,
+};
+
+use serde_json::{Value, json};
+use tungstenite::{Message, WebSocket, stream::MaybeTlsStream};
+
+/// The connection of a client.
+pub type Socket = WebSocket<MaybeTlsStream<TcpStream>>;
+
+/// The folder for what the program keeps for its user, in place of that of who runs the tests.
+pub const STATE: &str = env!("CARGO_TARGET_TMPDIR");
+
+/// The program with its page; it ends with the test.
+pub struct Served {
+    pub process: Child,
+    /// The address that it printed.
+    pub url: String,
+}
+
+impl Served {
+    /// Starts the program in a folder.
+    pub fn new(dir: &Path, args: &[&str]) -> Served {
+        Served::with_state(dir, args, Path::new(STATE))
+    }
+    /// Starts the program with a folder for what is kept from run to run.
+    pub fn with_state(dir: &Path, args: &[&str], state: &Path) -> Served {
+        let process = Command::new(env!("CARGO_BIN_EXE_tatu"))
+            .current_dir(dir)
+            .args(args)
+            .env_remove("TATU_PLUGIN_PATH")
+            .env("XDG_STATE_HOME", state)
+            .stdout(Stdio::piped())
+            .stderr(Stdio::null())
+            .spawn()
+            .unwrap();
+        Served::of(process)
+    }
+    /// Takes over a program that prints its address.
+    pub fn of(mut process: Child) -> Served {
+        let mut url = String::new();
+        BufReader::new(process.stdout.as_mut().unwrap()).read_line(&mut url).unwrap();
+        Served { process, url: url.trim().to_owned() }
+    }
+    /// Returns the address as 127.0.0.1:PORT.
+    pub fn host(&self) -> &str {
+        self.url.trim_start_matches("http://").split('/').next().unwrap()
+    }
+    /// Returns the token that grants control.
+    pub fn token(&self) -> &str {
+        self.url.split("token=").nth(1).unwrap()
+    }
+    /// Returns the answer to a request.
+    pub fn ask(&self, head: &str) -> String {
+        let mut stream = TcpStream::connect(self.host()).unwrap();
+        stream.set_read_timeout(Some(Duration::from_secs(20))).unwrap();
+        stream.write_all(head.as_bytes()).unwrap();
+        let mut out = Vec::new();
+        let _ = stream.read_to_end(&mut out);
+        String::from_utf8_lossy(&out).into_owned()
+    }
+    /// Connects a client.
+    pub fn socket(&self) -> Socket {
+        tungstenite::connect(format!("ws://{}/ws?token={}", self.host(), self.token())).unwrap().0
+    }
+}
+
+impl Drop for Served {
+    fn drop(&mut self) {
+        let _ = self.process.kill();
+        let _ = self.process.wait();
+    }
+}
+
+/// Returns the next message of a type.
+pub fn next(socket: &mut Socket, kind: &str) -> Value {
+    loop {
+        if let Message::Text(text) = socket.read().unwrap() {
+            let message: Value = serde_json::from_str(&text).unwrap();
+            if message["type"] == kind {
+                return message;
+            }
+        }
+    }
+}
+
+/// Sends a message.
+pub fn say(socket: &mut Socket, message: Value) {
+    socket.send(Message::text(message.to_string())).unwrap();
+}
+
+/// Calls a command; returns the answer.
+pub fn call(socket: &mut Socket, name: &str, args: Value) -> Value {
+    // Answers come in the order of calls, so that one number is enough.
+    say(socket, json!({ "type": "call", "id": 1, "name": name, "args": args }));
+    loop {
+        if let Message::Text(text) = socket.read().unwrap() {
+            let message: Value = serde_json::from_str(&text).unwrap();
+            if message["of"] == 1 {
+                return message;
+            }
+        }
+    }
+}
+
+/// A scene with a Pioneer.
+pub const ROBOT: &str = "scenes/first/pioneer_avoids_walls.toml";
