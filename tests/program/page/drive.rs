@@ -32,7 +32,7 @@ impl Shown {
     pub fn ask(&mut self, expression: &str) -> Value {
         self.page.js(&asking(expression))
     }
-    /// Waits until such an expression is true.
+    /// Waits until such an expression is true. The camera is at x = 3 until it has been put before the scene.
     pub fn until(&mut self, expression: &str) {
         self.page.until(&asking(expression));
     }

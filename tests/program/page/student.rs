@@ -73,7 +73,9 @@ fn a_student_drives_and_changes_a_robot() {
         ),
         0
     );
-    // The view shows more than its background.
+    // The view shows more than its background; the robot is where it began, however long it has driven.
+    page.click("#stop");
+    page.until("document.getElementById('stop').className === 'on'");
     page.until(
         "(() => { const c = document.querySelector('#view canvas'); const p = document.createElement('canvas'); \
          p.width = c.width; p.height = c.height; const x = p.getContext('2d'); x.drawImage(c, 0, 0); \
