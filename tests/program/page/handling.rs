@@ -26,6 +26,10 @@ fn a_drag_moves_the_selected_object_to_its_very_end() {
     assert_eq!(shown.ask("document.getElementById('move').getAttribute('aria-pressed')"), "true");
     let arrow = 0.4 * shown.ask(ARROW).as_f64().unwrap();
     let (from, to) = (shown.pixel("block", [arrow, 0.0, 0.0]), shown.pixel("block", [arrow + 0.6, 0.0, 0.0]));
+    // The arrow lights up below the pointer, with which its plane turns, before it can be dragged.
+    let drawn = shown.ask("view.drawn");
+    shown.page.mouse("mouseMoved", from, 0, false);
+    shown.until(&format!("view.drawn > {drawn}"));
     shown.page.drag(from, to, false);
     shown.page.mouse("mouseReleased", to, 1, false);
     // Of twelve steps of 5 cm the last one has arrived.
