@@ -3,6 +3,7 @@
 mod bounds;
 mod convert;
 mod crowd;
+mod edits;
 mod folder_changes;
 mod folder_errors;
 mod folder_limits;

@@ -133,6 +133,18 @@ impl<'a> Builder<'a> {
 
     /// Sets the unique name of an object of the scene itself: its alias, or its alias with `#n`. It has no effect in
     /// models, imports and scenes used as models, which can be placed several times; their objects get a common number.
+    /// Sets the unique name of a model's base, whose number its parts share.
+    pub(super) fn group_name(&mut self, base: usize, name: &str) -> Result {
+        let spec = &self.document.objects[base];
+        let Some(suffix) = super::names::suffix_of(name, &spec.alias) else {
+            let text = format!("`{}` cannot be the unique name of `{}`", label(name.as_bytes()), spec.alias);
+            return Err(Error::new("E102", text).expected("the alias, or the alias with `#` and a number"));
+        };
+        let group = spec.group;
+        self.document.group_suffixes.insert(group, suffix);
+        Ok(())
+    }
+
     fn name(&mut self, object: usize, value: &Value) -> Result {
         let spec = &mut self.document.objects[object];
         let name = if let Value::Text(t) = value { String::from_utf8_lossy(t).into_owned() } else { String::new() };

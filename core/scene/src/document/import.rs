@@ -39,7 +39,7 @@ pub(super) fn source(file: &Path, name: &str, sources: &Sources) -> Result<Vec<u
         Error::new("E105", format!("cannot read the import `{name}`: {why}"))
             .expected(format!("a file {}", file.display()))
     };
-    if !sources.are_kept() {
+    if !sources.are_kept() && !sources.has(file) {
         let about = std::fs::metadata(file).map_err(|e| fail(e.to_string()))?;
         if !about.is_file() || about.len() > MOST_BYTES {
             return Err(fail(format!("it is not a file, or has more than {MOST_BYTES} bytes")));

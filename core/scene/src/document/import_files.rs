@@ -28,7 +28,7 @@ impl Source {
         let Some(folder) = &self.folder else { return Ok(None) };
         let wanted = folder.join(name);
         // Cached files were checked when they were read.
-        if sources.are_kept() {
+        if sources.are_kept() || sources.has(&wanted) {
             return Ok(sources.read(&wanted).ok());
         }
         let real = |p: &Path| std::fs::canonicalize(if p.as_os_str().is_empty() { Path::new(".") } else { p });

@@ -194,8 +194,12 @@ pub struct Document {
     pub(crate) names: names::Names,
     /// The last group number; see [`ObjectSpec::group`].
     groups: usize,
+    /// Suffixes of the unique names of groups, for those whose table states them.
+    group_suffixes: BTreeMap<usize, i32>,
     /// Number of scenes read as models so far.
     scenes_within: usize,
+    /// Aliases that `[set]` has replaced, by object.
+    pub(crate) replaced_aliases: BTreeMap<usize, String>,
     /// The tables of its file that describe objects, in order.
     pub(crate) entries: Vec<toml::Entry>,
     /// Its source files.
@@ -234,7 +238,10 @@ impl Document {
             if together.is_empty() {
                 continue;
             }
-            let suffix = taken.free(together.iter().map(|i| self.objects[*i].alias.as_str()));
+            let all = || together.iter().map(|i| self.objects[*i].alias.as_str());
+            let told = self.group_suffixes.get(&spec.group).copied();
+            let is_free = |n: &i32| all().all(|alias| taken.named(alias, *n).next().is_none());
+            let suffix = told.filter(is_free).unwrap_or_else(|| taken.free(all()));
             for i in together {
                 taken.add(&self.objects[i].alias, suffix, slots[i]);
                 scene.set_name(slots[i], &self.objects[i].alias, suffix);

@@ -5,11 +5,11 @@ use tatu_plugin_api::safe::Value;
 use tatu_plugins::{Declared, Registry};
 
 use super::{
-    Builder, Document, ScriptSpec,
+    Builder, Document, ScriptSpec, Target,
     change::{Override, ScriptOverride},
     keys, scripts, settings,
 };
-use crate::rows::kind_name;
+use crate::rows::{Row, kind_name};
 
 /// Returns the index of the object with a path.
 pub fn find(document: &Document, from: Option<usize>, path: &str) -> Result<usize> {
@@ -54,7 +54,7 @@ pub fn find(document: &Document, from: Option<usize>, path: &str) -> Result<usiz
     })
 }
 
-/// Applies overrides in order. If one of them is a parameter of a model, which must be rebuilt with it, returns that
+/// Applies overrides in order. Their paths are those before any of them. If one of them is a parameter of a model, which must be rebuilt with it, returns that
 /// parameter.
 pub(super) fn apply(
     document: &mut Document,
@@ -62,9 +62,16 @@ pub(super) fn apply(
     all: &[Override],
     known: &[(usize, String, Value)],
 ) -> Result<Option<(usize, String, Value)>> {
-    for o in all {
+    let objects: Vec<Option<(usize, bool)>> = all
+        .iter()
+        .map(|o| match o.path.as_str() {
+            "scene" => Ok(None),
+            _ => found(document, o).map(Some).map_err(|e| e.at(o.place.clone())),
+        })
+        .collect::<Result<_>>()?;
+    for (o, object) in all.iter().zip(objects) {
         let at = |e: Error| e.at(o.place.clone());
-        if o.path == "scene" {
+        let Some((object, is_property)) = object else {
             let declared = settings::keys();
             let (entry, factor) = keys::find(&o.key, &declared, "scene").map_err(at)?;
             let value = keys::to_value(&o.item, factor).map_err(at)?;
@@ -74,8 +81,7 @@ pub(super) fn apply(
             }
             settings::apply(&mut document.settings, &entry.0.key, &value).map_err(at)?;
             continue;
-        }
-        let object = find(document, o.from, &o.path).map_err(at)?;
+        };
         if matches!(o.key.as_str(), "script" | "scripts") {
             let kept = std::mem::take(&mut document.objects[object].scripts);
             let mut builder = Builder { registry, document, group: 0, place: None, texts: None };
@@ -86,7 +92,7 @@ pub(super) fn apply(
             read?;
             continue;
         }
-        if let Some((number, key, value)) = model_param(document, object, o).map_err(at)? {
+        if !is_property && let Some((number, key, value)) = model_param(document, object, o).map_err(at)? {
             if known.iter().any(|(n, k, v)| (*n, k, v) == (number, &key, &value)) {
                 continue;
             }
@@ -101,10 +107,30 @@ pub(super) fn apply(
         let ((declared, target), factor) = keys::find(&o.key, &declared, &owner)
             .map_err(|e| if e.help.is_none() { meant.filter(|m| m.help.is_some()).unwrap_or(e) } else { e })
             .map_err(at)?;
+        if matches!(target, Target::Row(Row::Alias)) {
+            let alias = builder.document.objects[object].alias.clone();
+            builder.document.replaced_aliases.entry(object).or_insert(alias);
+        }
         let value = builder.value_of(object, target, &o.item, factor).map_err(|(e, _)| at(e))?;
         builder.put(object, declared, target, value).map_err(at)?;
     }
     Ok(None)
+}
+
+/// Returns the object of an override, and whether its key names the kind of the property, as in `/robot.shape.color`. A
+/// parameter of a model may have the same key as a property of its base, and comes first.
+fn found(document: &Document, o: &Override) -> Result<(usize, bool)> {
+    let plain = find(document, o.from, &o.path);
+    let qualified = || {
+        let (path, kind) = o.path.rsplit_once('.')?;
+        let object = find(document, o.from, path).ok()?;
+        let own = kind_name(document.objects[object].kind);
+        (kind == "object" || kind == own).then_some(object)
+    };
+    match plain {
+        Err(e) => qualified().map(|object| (object, true)).ok_or(e),
+        Ok(object) => Ok((object, false)),
+    }
 }
 
 /// Returns the number and the parameters of the model with this base object.

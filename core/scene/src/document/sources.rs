@@ -47,6 +47,11 @@ impl Sources {
         self.0.closed
     }
 
+    /// Returns whether a file is cached, so that the disk is not read.
+    pub fn has(&self, path: &Path) -> bool {
+        self.0.files.lock().unwrap_or_else(PoisonError::into_inner).contains_key(path)
+    }
+
     /// Adds a file that belongs to the document although nothing in it refers to the file.
     pub fn keep(&self, path: &Path, bytes: Vec<u8>) {
         self.0.files.lock().unwrap_or_else(PoisonError::into_inner).insert(path.to_owned(), bytes.into());

@@ -68,7 +68,9 @@ pub(crate) fn feed(world: &WorldCell) {
 pub(crate) fn feed_session(world: &WorldCell, records: Arc<[Record]>) {
     attach(world, records);
     loop {
-        let Some(record) = world.run.outside.replay.borrow_mut().as_mut().and_then(Replay::next_before_start) else { break };
+        let Some(record) = world.run.outside.replay.borrow_mut().as_mut().and_then(Replay::next_before_start) else {
+            break;
+        };
         feed_one(world, record);
     }
 }

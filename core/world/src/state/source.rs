@@ -104,9 +104,9 @@ pub(super) fn in_place(cell: &WorldCell, state: &Memento, target: &Path) -> Resu
     let folder = folder_beside(target);
     let taken = files_in(target, &folder);
     let mut problems = Vec::new();
-    for _ in 0..MOST_ROUNDS {
+    for n in 0..MOST_ROUNDS {
         let patched = round(cell, state, (&document, &slots), &text, (&folder, &taken))?;
-        if patched.changes == 0 {
+        if patched.changes == 0 || patched.only_names && n + 1 == MOST_ROUNDS {
             let mut written = Written { text, files: files.into_iter().collect(), ..Written::default() };
             if cell.model.document.sources.are_recovered() {
                 written.files.extend(recovered_files(&document, target, &written));
@@ -117,6 +117,7 @@ pub(super) fn in_place(cell: &WorldCell, state: &Memento, target: &Path) -> Resu
         if !patched.problems.is_empty() {
             break;
         }
+        problems.extend(patched.changed);
         text = patched.text;
         files.extend(patched.files);
         document = read(cell, target, &text, &files).map_err(|e| not_in_place(&[e.to_string()]))?;

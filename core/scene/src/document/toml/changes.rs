@@ -50,6 +50,10 @@ impl Reader<'_> {
         if let Some(item) = table.get("alias") {
             b.rename(base, &self.string(table, "alias", item)?);
         }
+        if let Some(item) = table.get("name") {
+            let name = self.string(table, "name", item)?;
+            b.group_name(base, &name).map_err(|e| e.at(Some(self.text.value(table, "name"))))?;
+        }
         self.removed(b, table, base)?;
         if let Some(replace) = self.sub_table(table, "replace")? {
             for (path, item) in replace.iter() {

@@ -97,8 +97,11 @@ pub fn load(file: &Path, registry: &Registry, options: &Options) -> Result<Docum
                 format!("its scripts reach beyond the run, for which you can give permission: {}", lacks.join(" "));
             document.reports.push(Report::note(text));
         }
-        let all: Vec<Override> = set.into_iter().chain(options.set.iter().cloned()).collect();
-        match overrides::apply(&mut document, registry, &all, &model_params)? {
+        let more = match overrides::apply(&mut document, registry, &set, &model_params)? {
+            None => overrides::apply(&mut document, registry, &options.set, &model_params)?,
+            more => more,
+        };
+        match more {
             Some(more) => model_params = model_params.iter().cloned().chain([more]).collect(),
             None => {
                 overrides::replace_scripts(&mut document, registry, &options.scripts)?;

@@ -21,7 +21,7 @@ macro_rules! common_keys {
     ($($key:literal),*) => {
         &[
             $($key,)* "alias", "parent", "position_m", "orientation_deg", "quaternion", "script", "scripts", "set",
-            "remove", "replace", "slots",
+            "remove", "replace", "slots", "name",
         ]
     };
 }

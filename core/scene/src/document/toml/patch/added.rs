@@ -12,6 +12,7 @@ use super::{
         value_text::quoted,
         write::{Pieces, piece},
     },
+    Differences,
     tables::Writer,
 };
 use crate::{
@@ -19,29 +20,37 @@ use crate::{
     rows::Row,
 };
 
-/// Appends tables for the objects that the file does not describe, parents first. A model is placed as such, without
-/// what differs from it; what is below its base is left to the next round.
-pub fn append(writer: &mut Writer<'_>, registry: &Registry) -> Result {
+/// Appends tables for the objects that the file does not describe, and puts tables behind those of new parents. A model
+/// is placed as such, without what differs from it; what is below its base is left to the next round.
+pub fn arrange(writer: &mut Writer<'_>, differences: &Differences, registry: &Registry) -> Result {
     let edited = writer.edited;
-    let new: Vec<u32> = writer.in_order().into_iter().filter(|s| !writer.entries.has(*s)).collect();
-    if new.is_empty() {
+    let order = writer.in_order();
+    let mut moved = BTreeSet::new();
+    if order.iter().all(|s| writer.entries.has(*s)) {
+        if differences.values().any(|d| d.alias || d.parent) {
+            order.iter().for_each(|slot| writer.place_under_parent(*slot, differences, &mut moved));
+        }
         return Ok(());
     }
     let mut below_model: BTreeSet<u32> = BTreeSet::new();
     let beside = Beside { device: edited.beside.device, scripts: &|_| Vec::new() };
     let mut flat = Document::of_scene(edited.scene, 0, edited.settings.clone(), &beside);
     flat.objects.iter_mut().for_each(|o| leave_out_defaults(o, registry));
-    let order = writer.in_order();
     let taken = edited.taken.iter().cloned().chain(writer.out.files.iter().map(|(f, _)| f.to_lowercase())).collect();
     let mut pieces = Pieces::new(&flat, registry, edited.folder, taken);
-    for slot in new {
+    // Parents come before their children.
+    for &slot in &order {
+        if writer.entries.has(slot) {
+            writer.place_under_parent(slot, differences, &mut moved);
+            continue;
+        }
         let parent = edited.scene.get(slot).map_or(0, |o| o.parent);
         writer.out.changes += 1;
         if below_model.contains(&parent) {
             below_model.insert(slot);
             continue;
         }
-        let parent_path = (parent != 0).then(|| edited.scene.path(parent));
+        let parent_path = (parent != 0).then(|| writer.path(parent));
         if let Some(id) = edited.models.get(&slot) {
             below_model.insert(slot);
             let alias = edited.scene.get(slot).map_or(String::new(), |o| o.alias().to_owned());

@@ -25,6 +25,8 @@ pub struct Difference {
     pub position: bool,
     pub rotation: bool,
     pub alias: bool,
+    /// Whether its unique name is another one, and the table that describes it can state it.
+    pub name: bool,
     pub parent: bool,
     /// Its new scripts, if they differ.
     pub scripts: Option<Vec<ScriptSpec>>,
@@ -32,8 +34,24 @@ pub struct Difference {
 
 impl Difference {
     fn is_none(&self) -> bool {
-        let moved = self.position || self.rotation || self.alias || self.parent;
+        let moved = self.position || self.rotation || self.alias || self.name || self.parent;
         self.rows.is_empty() && self.params.is_empty() && self.scripts.is_none() && !moved
+    }
+}
+
+impl Difference {
+    /// Returns whether nothing but the unique name differs.
+    pub fn is_name(&self) -> bool {
+        self.name && self.what() == "name"
+    }
+
+    /// What differs, as a list of keys.
+    pub fn what(&self) -> String {
+        let moved = self.position || self.rotation;
+        let flags = [(moved, "pose"), (self.alias, "alias"), (self.name, "name"), (self.parent, "parent")];
+        let flags = flags.into_iter().chain([(self.scripts.is_some(), "scripts")]);
+        let keys = self.rows.iter().map(|(row, _)| row.info().key).chain(self.params.iter().map(|(k, _)| k.as_str()));
+        flags.filter(|(is, _)| *is).map(|(_, what)| what).chain(keys).collect::<Vec<_>>().join(", ")
     }
 }
 
@@ -74,6 +92,9 @@ impl Pair<'_> {
             position: (a.translation.vector - b.translation.vector).norm() > SAME,
             rotation: a.rotation.angle_to(&b.rotation) > SAME,
             alias: scene.get(new).is_some_and(|o| o.alias() != spec.alias)
+                && !(edited.is_foreign)(new, Row::Name, &scene.get(new).map_or(Value::Nil, |o| Value::text(o.name()))),
+            name: entries.of(self.object).is_some_and(|e| e.first == self.object)
+                && base.get(old).map(crate::Object::name) != scene.get(new).map(crate::Object::name)
                 && !(edited.is_foreign)(new, Row::Name, &scene.get(new).map_or(Value::Nil, |o| Value::text(o.name()))),
             parent: scene.get(new).is_some_and(|o| o.parent != spec.parent.map_or(0, |p| edited.slots[p]))
                 || spec.parent.is_some_and(|p| !entries.kept.contains(&p)),

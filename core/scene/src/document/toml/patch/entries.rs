@@ -3,6 +3,7 @@
 use std::collections::BTreeSet;
 
 use super::Edited;
+use crate::Scene;
 
 /// A table of the file: `[[object]]`, `[[model]]` or `[[import]]`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -84,6 +85,21 @@ impl Entries {
     /// Returns whether a slot of the scene is described by the file.
     pub fn has(&self, slot: u32) -> bool {
         self.kept_slots.contains(&slot)
+    }
+    /// Returns the scene with the names that its objects have before `[set]` is applied: parts of models have those that
+    /// their models give them.
+    pub fn named(&self, edited: &Edited<'_>) -> Scene {
+        let mut named = edited.scene.clone();
+        for &object in &self.kept {
+            let replaced = edited.document.replaced_aliases.get(&object);
+            let own = self.of(object).is_some_and(|e| e.first == object);
+            let (slot, spec) = (edited.slots[object], &edited.document.objects[object]);
+            let Some(alias) = replaced.or(Some(&spec.alias).filter(|_| !own)) else { continue };
+            if named.get(slot).is_some_and(|o| o.alias() != alias) {
+                named.set_name(slot, alias, -1);
+            }
+        }
+        named
     }
     /// Returns whether an entry stays in the file.
     pub fn stays_listed(&self, entry: &Entry) -> bool {

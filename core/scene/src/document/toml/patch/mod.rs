@@ -59,6 +59,10 @@ pub struct Patched {
     pub files: Vec<(String, Vec<u8>)>,
     /// Number of changes; 0 if the text describes the scene already.
     pub changes: usize,
+    /// The objects that were changed, and what of them.
+    pub changed: Vec<String>,
+    /// Whether nothing but unique names was changed. Names that objects share in the scene cannot all be kept.
+    pub only_names: bool,
     /// What a scene file cannot express by changes of this text.
     pub problems: Vec<String>,
 }
@@ -76,15 +80,17 @@ pub fn patch(text: &str, edited: &Edited<'_>, registry: &Registry) -> Result<Pat
     let mut out = Patched::default();
     world(&mut doc, edited, &mut out);
     let differences = diff::all(edited, &builder, &entries);
-    let mut writer = tables::Writer { doc: &mut doc, edited, builder: &builder, entries: &entries, out: &mut out };
+    let named = entries.named(edited);
+    let mut writer =
+        tables::Writer { doc: &mut doc, edited, builder: &builder, entries: &entries, named: &named, out: &mut out };
     writer.remove_entries();
     writer.clean_set();
     for (object, difference) in &differences {
         writer.change(*object, difference)?;
     }
-    writer.place_under_parents(&differences);
-    added::append(&mut writer, registry)?;
+    added::arrange(&mut writer, &differences, registry)?;
     writer.tidy();
+    out.only_names = out.changes == out.changed.len() && differences.values().all(Difference::is_name);
     out.text = doc.to_string();
     Ok(out)
 }

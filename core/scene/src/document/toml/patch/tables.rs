@@ -1,6 +1,6 @@
 //! Changing tables of a scene file.
 
-use std::collections::BTreeMap;
+use std::collections::BTreeSet;
 
 use nalgebra::{Isometry3, UnitQuaternion};
 use tatu_errors::Result;
@@ -9,14 +9,16 @@ use tatu_plugins::units;
 use toml_edit::{DocumentMut, Item, Table, TableLike};
 
 use super::{
-    super::value_text::{drive, free_data, line, text},
+    super::value_text::{drive, free_data, line, quoted, text},
     Differences, Edited, Patched,
     diff::Difference,
     entries::{Entries, Entry},
 };
 use crate::{
+    Scene,
     document::{Builder, Target, overrides},
     rows::Row,
+    rows::kind_name,
     to_euler,
 };
 
@@ -29,6 +31,8 @@ pub struct Writer<'a> {
     pub edited: &'a Edited<'a>,
     pub builder: &'a Builder<'a>,
     pub entries: &'a Entries,
+    /// The scene with the names that its objects have before `[set]` is applied.
+    pub named: &'a Scene,
     pub out: &'a mut Patched,
 }
 
@@ -78,9 +82,12 @@ impl Writer<'_> {
         self.edited.slots[object]
     }
 
-    /// The path of an object in the scene.
+    /// The path of an object, by which the file refers to it.
     pub fn path(&self, slot: u32) -> String {
-        self.edited.scene.path(slot)
+        let path = self.named.path(slot);
+        // Numbers among siblings depend on what has been read so far; unique names do not.
+        let name = self.named.get(slot).filter(|_| path.contains('[')).map(crate::Object::name);
+        name.filter(|n| self.named.find(0, n) == Some(slot)).unwrap_or(path)
     }
 
     /// Takes out what was removed: whole tables, and parts of models. Objects that were moved out of a model are
@@ -120,15 +127,17 @@ impl Writer<'_> {
 
     /// The path of an object of the document below the base of its model.
     fn below(&self, base: usize, object: usize) -> String {
-        let objects = &self.edited.document.objects;
+        let document = self.edited.document;
+        let objects = &document.objects;
+        let alias = |i: usize| document.replaced_aliases.get(&i).unwrap_or(&objects[i].alias);
         let (mut parts, mut at) = (Vec::new(), Some(object));
         while let Some(o) = at.filter(|o| *o != base) {
-            let alike = |i: &usize| objects[*i].parent == objects[o].parent && objects[*i].alias == objects[o].alias;
+            let alike = |i: &usize| objects[*i].parent == objects[o].parent && alias(*i) == alias(o);
             let same: Vec<usize> = (0..objects.len()).filter(alike).collect();
             let index = same.iter().position(|i| *i == o).unwrap_or(0);
             parts.push(match same.len() {
-                1 => objects[o].alias.clone(),
-                _ => format!("{}[{index}]", objects[o].alias),
+                1 => alias(o).clone(),
+                _ => format!("{}[{index}]", alias(o)),
             });
             at = objects[o].parent;
         }
@@ -138,13 +147,20 @@ impl Writer<'_> {
 
     /// Drops keys of `[set]` whose objects are gone, and renames those whose paths have changed.
     pub fn clean_set(&mut self) {
+        let document = self.edited.document;
+        // Paths in `[set]` are those before it is applied.
+        let (mut base, slots) = document.instantiate();
+        for (object, alias) in &document.replaced_aliases {
+            base.set_name(slots[*object], alias, -1);
+        }
         let Some(set) = self.doc.get_mut("set").and_then(Item::as_table_like_mut) else { return };
         let keys: Vec<String> = set.iter().map(|(k, _)| k.to_owned()).collect();
         for written in keys {
             let Some((path, key)) = written.rsplit_once('.').filter(|(p, _)| *p != "scene") else { continue };
-            let Ok(object) = overrides::find(self.edited.document, None, path) else { continue };
-            let now = self.entries.kept.contains(&object).then(|| self.edited.scene.path(self.edited.slots[object]));
-            let moved = |now: &str| now != path && self.edited.scene.find(0, path) != Some(self.edited.slots[object]);
+            let found = base.find(0, path).and_then(|slot| slots.iter().position(|s| *s == slot));
+            let Some(object) = found.or_else(|| overrides::find(document, None, path).ok()) else { continue };
+            let now = self.entries.kept.contains(&object).then(|| self.named.path(self.edited.slots[object]));
+            let moved = |now: &str| now != path && self.named.find(0, path) != Some(self.edited.slots[object]);
             match now {
                 Some(now) if moved(&now) => {
                     let item = set.remove(&written).unwrap_or_default();
@@ -160,10 +176,18 @@ impl Writer<'_> {
     /// Writes what differs in one object.
     pub fn change(&mut self, object: usize, difference: &Difference) -> Result {
         let Some(entry) = self.entries.of(object) else { return Ok(()) };
+        self.out.changed.push(format!("{}: {}", self.edited.scene.path(self.slot(object)), difference.what()));
         let own = entry.first == object;
         if difference.alias && own {
             let alias = self.edited.scene.get(self.slot(object)).map_or(String::new(), |o| o.alias().to_owned());
-            self.put(&entry, "alias", &super::super::value_text::quoted(&alias), true);
+            self.put(&entry, "alias", &quoted(&alias), true);
+            // A unique name that is stated belongs to the old alias.
+            if let Some(table) = self.table(&entry) {
+                table.remove("name");
+            }
+        } else if difference.name {
+            let name = self.edited.scene.get(self.slot(object)).map_or(String::new(), crate::Object::name);
+            self.put(&entry, "name", &quoted(&name), true);
         }
         match (own, entry.places) {
             (true, true) => self.place(&entry, object, difference),
@@ -172,7 +196,7 @@ impl Writer<'_> {
         }
         if difference.alias && !own {
             let alias = self.edited.scene.get(self.slot(object)).map_or(String::new(), |o| o.alias().to_owned());
-            self.put_set(object, "alias", &super::super::value_text::quoted(&alias));
+            self.put_set(object, "alias", &quoted(&alias));
         }
         let direct = own && !entry.places;
         for (row, value) in &difference.rows {
@@ -237,7 +261,11 @@ impl Writer<'_> {
             }
             return;
         }
-        let path = self.path(self.slot(object));
+        let mut path = self.path(self.slot(object));
+        let models = &self.edited.document.models;
+        if models.iter().any(|m| m.base == object && m.params.iter().any(|p| p.key == key)) {
+            path = format!("{path}.{}", kind_name(self.edited.document.objects[object].kind));
+        }
         let written = value.and_then(|v| line(key, unit, v));
         match written.as_deref().and_then(|l| l.split_once(" = ")) {
             Some((key, value)) => {
@@ -310,44 +338,31 @@ impl Writer<'_> {
         }
     }
 
-    /// Writes parents that are others or have other paths, and moves tables behind those of their parents.
-    pub fn place_under_parents(&mut self, differences: &Differences) {
-        let edited = self.edited;
-        let renamed = differences.values().any(|d| d.alias || d.parent);
-        let mut last = self.last_position();
-        let mut moved: BTreeMap<u32, ()> = BTreeMap::new();
-        for slot in self.in_order() {
-            let Some(object) = self.entries.object_at(slot) else { continue };
-            let Some(entry) = self.entries.of(object).filter(|e| e.first == object) else { continue };
-            let other = differences.get(&object).is_some_and(|d| d.parent);
-            let above = self.edited.scene.get(slot).map_or(0, |o| o.parent);
-            if !(other || renamed && above != 0) {
-                continue;
+    /// Writes the parent of an object that a table describes, if it is another one or has another path, and moves the
+    /// table behind that of its parent. `moved` has the objects whose tables were moved.
+    pub fn place_under_parent(&mut self, slot: u32, differences: &Differences, moved: &mut BTreeSet<u32>) {
+        let Some(object) = self.entries.object_at(slot) else { return };
+        let Some(entry) = self.entries.of(object).filter(|e| e.first == object) else { return };
+        let other = differences.get(&object).is_some_and(|d| d.parent);
+        let above = self.edited.scene.get(slot).map_or(0, |o| o.parent);
+        let (named, path) = (self.named, quoted(&self.path(above)));
+        let Some(table) = self.table(&entry) else { return };
+        let written = table.get("parent").and_then(Item::as_str).map(str::to_owned);
+        match (above, &written) {
+            (0, None) => return,
+            (0, Some(_)) => drop(table.remove("parent")),
+            (_, Some(old)) if !other && named.find(0, old) == Some(above) && !moved.contains(&above) => return,
+            _ => drop(put_text(table, "parent", &path)),
+        }
+        self.out.changes += 1;
+        // An object must come after its parent.
+        let is_new = above != 0 && !self.entries.has(above);
+        if is_new || moved.contains(&above) || self.position_of(above) > self.position_of(slot) {
+            let last = self.last_position() + 1;
+            if let Some(table) = self.table(&entry) {
+                table.set_position(Some(last));
             }
-            let path = if above == 0 { String::new() } else { self.path(above) };
-            let Some(table) = self.table(&entry) else { continue };
-            let written = table.get("parent").and_then(Item::as_str).map(str::to_owned);
-            match (above, &written) {
-                (0, Some(_)) => drop(table.remove("parent")),
-                (0, None) => {}
-                (_, Some(old)) if !other && edited.scene.find(0, old) == Some(above) => continue,
-                _ => {
-                    let written = super::super::value_text::quoted(&path);
-                    put_text(table, "parent", &written);
-                }
-            }
-            self.out.changes += 1;
-            // An object must come after its parent.
-            let later = !self.entries.has(above) && above != 0
-                || moved.contains_key(&above)
-                || self.position_of(above) > self.position_of(slot);
-            if later {
-                last += 1;
-                if let Some(table) = self.table(&entry) {
-                    table.set_position(Some(last));
-                }
-                moved.insert(slot, ());
-            }
+            moved.insert(slot);
         }
     }
 
