@@ -491,6 +491,9 @@ typedef struct tatu_host_edits {
   /* [step] Adds what a text in the format of scene files describes, below `parent` (0: the world): see `scene.load`.
    * Files that it names are relative to the scene's folder. `*out` is the first object. */
   tatu_status(TATU_CALL *add)(tatu_world *, tatu_str text, tatu_object parent, tatu_object *out);
+  /* [step] The `index`-th kind of device that plugins offer, as a map: "object" (sensor or actuator), "id" (its name in
+   * scene files), "text". Valid until the current call returns. TATU_ERR_MISSING, without a message: past the last. */
+  tatu_status(TATU_CALL *kind)(tatu_world *, uint32_t index, tatu_value *);
 } tatu_host_edits;
 
 /* ---------------------------------------------------------------- Using them ------------------------------------ */

@@ -358,4 +358,5 @@ pub struct tatu_host_edits {
     pub copy: Option<extern "C" fn(WorldRef<'_>, u32) -> tatu_status>,
     pub open: Option<extern "C" fn(WorldRef<'_>, Lent<'_>, u32) -> tatu_status>,
     pub add: Option<extern "C" fn(WorldRef<'_>, Lent<'_>, tatu_object, Option<&mut tatu_object>) -> tatu_status>,
+    pub kind: Option<for<'a> extern "C" fn(WorldRef<'a>, u32, Option<&mut ValueRef<'a>>) -> tatu_status>,
 }

@@ -182,6 +182,22 @@ impl Page {
         }
     }
 
+    /// Chooses files in a field for files.
+    pub fn choose_files(&mut self, selector: &str, files: &[PathBuf]) {
+        let found =
+            self.send("Runtime.evaluate", json!({ "expression": format!("document.querySelector({selector:?})") }));
+        let field = found["result"]["objectId"].clone();
+        self.send("DOM.setFileInputFiles", json!({ "objectId": field, "files": files }));
+    }
+
+    /// Drops files or folders on the page.
+    pub fn drop_files(&mut self, [x, y]: [f64; 2], files: &[PathBuf]) {
+        let data = json!({ "items": [], "files": files, "dragOperationsMask": 1 });
+        for kind in ["dragEnter", "dragOver", "drop"] {
+            self.send("Input.dispatchDragEvent", json!({ "type": kind, "x": x, "y": y, "data": data }));
+        }
+    }
+
     /// Takes a screenshot of the page, as PNG.
     pub fn picture(&mut self, [width, height]: [u32; 2]) -> Vec<u8> {
         let size = json!({ "width": width, "height": height, "deviceScaleFactor": 1, "mobile": false });

@@ -12,7 +12,7 @@ use crate::{
 pub struct Shown {
     pub page: Page,
     pub served: Served,
-    _place: Place,
+    place: Place,
 }
 
 impl Shown {
@@ -25,7 +25,7 @@ impl Shown {
         let served = Served::new(place.path(), args);
         let mut page = Page::open(&browser(), &served.url);
         page.until("document.readyState === 'complete' && (document.getElementById('name')?.textContent ?? '') !== ''");
-        Shown { page, served, _place: place }
+        Shown { page, served, place }
     }
     /// Returns the value of an expression in which `net`, `store`, `objects`, `view` and `three` are modules, and
     /// `of(alias)` is an object of the scene.
@@ -46,6 +46,29 @@ impl Shown {
              return [b.left + (p.x + 1) / 2 * b.width, b.top + (1 - p.y) / 2 * b.height]; }})()"
         ));
         [0, 1].map(|i| found[i].as_f64().unwrap())
+    }
+    /// Chooses a button of the dialog that asks something.
+    pub fn answer(&mut self, name: &str) {
+        let button =
+            format!("[...document.querySelectorAll('dialog.question button')].find((b) => b.value === {name:?})");
+        self.page.until(&format!("{button} !== undefined"));
+        self.page.js(&format!("{button}.id = 'answer'"));
+        self.page.click_on("#answer");
+        self.page.until("document.querySelector('dialog.question') === null");
+    }
+    /// Presses a key with Ctrl.
+    pub fn ctrl(&mut self, key: &str, code: u32) {
+        for kind in ["rawKeyDown", "keyUp"] {
+            self.page.key_event(kind, key, code, 2);
+        }
+    }
+    /// Returns the row of an object in the tree, as a selector.
+    pub fn row(&mut self, alias: &str) -> String {
+        format!("#tree [data-id='{}']", self.ask(&format!("of({alias:?}).id")))
+    }
+    /// Returns the folder that the program runs in.
+    pub fn folder(&self) -> &std::path::Path {
+        self.place.path()
     }
     /// Checks that nothing went wrong in the page.
     pub fn end(self) {

@@ -2,14 +2,17 @@
 //!
 //! - `program`: the program with its page; `drive`: what tests in a browser share;
 //! - `access`, `messages`, `repeat`: clients without a browser;
-//! - `student`, `handling`, `looking`, `scripting`, `opening`, `film`: in a browser; `pictures`: for the guide;
+//! - `student`, `handling`, `looking`, `scripting`, `opening`, `film`, `building`, `keeping`: in a browser; `pictures`: for
+//!   the guide;
 //! - `gallery`, `reconnect`: with and without a browser.
 
 mod access;
+mod building;
 mod drive;
 mod film;
 mod gallery;
 mod handling;
+mod keeping;
 mod looking;
 mod messages;
 mod opening;

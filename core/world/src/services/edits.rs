@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use tatu_errors::Error;
-use tatu_plugin_api::abi::*;
+use tatu_plugin_api::{abi::*, safe::Value};
 use tatu_scene::document::{self, Options, Sources};
 
 use super::{
@@ -27,6 +27,7 @@ pub static TABLE: tatu_host_edits = tatu_host_edits {
     copy: Some(copy),
     open: Some(open),
     add: Some(add),
+    kind: Some(kind),
 };
 
 /// Name under which a text that is added is read; it is in errors.
@@ -111,6 +112,17 @@ extern "C" fn open(w: WorldRef<'_>, file: Lent<'_>, how: u32) -> tatu_status {
             _ => return Err(world.run.calls.refuse(TATU_ERR_ARGUMENT, &format!("unknown way to open: {how}"))),
         };
         switch_to(world, file, sources)
+    })
+}
+
+extern "C" fn kind<'a>(w: WorldRef<'a>, index: u32, out: Option<&mut ValueRef<'a>>) -> tatu_status {
+    on(w, Function::looks("edits.kind"), |world| {
+        let registry = &world.model.registry;
+        let sensors = registry.sensor_kinds().map(|(_, k)| ("sensor", &k.id, &k.text));
+        let actuators = registry.actuators.iter().map(|k| ("actuator", &k.id, &k.text));
+        let (object, id, text) = sensors.chain(actuators).nth(index as usize).ok_or(TATU_ERR_MISSING)?;
+        let told = [("object", object), ("id", id), ("text", text)].map(|(k, v)| (Value::text(k), Value::text(v)));
+        give(world, &Value::Map(told.into()), out)
     })
 }
 

@@ -53,6 +53,13 @@ impl<'a> World<'a> {
         self.check(service!(self.edits.add)(self.raw(), text.into(), parent, Some(&mut out)))?;
         Ok(out)
     }
+    /// Returns the `index`-th kind of device that plugins offer, as a map of `object`, `id` and `text`, or `None` past the
+    /// last one.
+    pub fn kind(&self, index: u32) -> Result<Option<ValueRef<'a>>> {
+        let mut out = ValueRef::NIL;
+        let status = service!(self.edits.kind)(self.raw(), index, Some(&mut out));
+        self.found(status, out)
+    }
     /// Requests that the program open a scene, in one of the ways `TATU_OPEN_*`.
     pub fn open_as(&self, file: &[u8], how: u32) -> Result {
         self.check(service!(self.edits.open)(self.raw(), file.into(), how))

@@ -1,8 +1,8 @@
 //! Tatu's own commands, for which the V-REP script API has no equivalent: `tatu.on`, `tatu.emit`, `tatu.options`,
 //! `tatu.list`, `tatu.get`, `tatu.set`, `tatu.properties`, `tatu.read`, `tatu.save`, `tatu.getScript`,
-//! `tatu.setScript`, `tatu.addScript`, `tatu.press`, `tatu.open`, `tatu.drive`, `tatu.models`, `tatu.addModel`,
-//! `tatu.add`, `tatu.copy`, `tatu.remove`; and for people who edit a scene: `tatu.edit`, `tatu.undo`, `tatu.redo`,
-//! `tatu.edits`, `tatu.saveScene`, `tatu.newScene` and `tatu.recover`.
+//! `tatu.setScript`, `tatu.addScript`, `tatu.press`, `tatu.open`, `tatu.drive`, `tatu.models`, `tatu.kinds`,
+//! `tatu.addModel`, `tatu.add`, `tatu.copy`, `tatu.remove`; and for people who edit a scene: `tatu.edit`, `tatu.undo`,
+//! `tatu.redo`, `tatu.edits`, `tatu.saveScene`, `tatu.newScene` and `tatu.recover`.
 //!
 //! Each file contains one subject; `tests/program/events.rs` tests them through scripts.
 

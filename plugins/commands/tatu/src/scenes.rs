@@ -46,6 +46,19 @@ pub(crate) fn offer(offer: &mut Offer<Tatu>) {
         .example("assert(#tatu.models() > 0)"),
     );
     offer.command(
+        Cmd::new("tatu.kinds", |c| {
+            let mut all = Vec::new();
+            while let Some(kind) = c.world().kind(all.len() as u32)? {
+                all.push(kind.to_value()?);
+            }
+            c.ret(Value::List(all));
+            Ok(())
+        })
+        .returns(Param::any("kinds").text("a table for each: object (sensor or actuator), id, text"))
+        .text("Lists the kinds of sensors and actuators that plugins offer, for `tatu.add`.")
+        .example("for _, k in ipairs(tatu.kinds()) do assert(k.object == 'sensor' or k.object == 'actuator') end"),
+    );
+    offer.command(
         Cmd::new("tatu.addModel", |c| {
             let id = c.text(0)?;
             let mut at = 0;

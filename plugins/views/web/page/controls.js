@@ -1,11 +1,9 @@
 // @ts-check
 // Play, pause, step, stop; speed; time and how it passes.
 
-import { failure } from "tatu/calls";
 import { get } from "tatu/dom";
-import { call, on, send } from "tatu/net";
+import { on, send } from "tatu/net";
 import { timeOf } from "tatu/parse";
-import { changed, scene } from "tatu/store";
 
 /** @import { Action, RunState } from "tatu/protocol" */
 
@@ -72,15 +70,3 @@ on("frame", (view) => {
     before = { now, time };
   }
 });
-
-get("save").onclick = async () => {
-  const name = prompt("Save the scene as", (scene.file || "scene").replace(/\.\w+$/, "") + "_saved.toml");
-  if (!name) return;
-  try {
-    await call("sim.saveScene", name);
-    changed(false);
-  } catch (thrown) {
-    const e = failure(thrown);
-    alert(`${e.error}\n${e.help ?? ""}`);
-  }
-};

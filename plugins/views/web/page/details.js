@@ -3,8 +3,9 @@
 
 import { failure } from "tatu/calls";
 import { get, make } from "tatu/dom";
-import { call, on, send } from "tatu/net";
-import { changed, rights, scene, selected, watch } from "tatu/store";
+import { edit } from "tatu/edits";
+import { on, send } from "tatu/net";
+import { rights, scene, selected, watch } from "tatu/store";
 
 /** @import { Row } from "tatu/protocol" */
 
@@ -47,10 +48,10 @@ function read(text, value) {
 async function set(row, value, field) {
   try {
     if (Array.isArray(value) ? value.some(Number.isNaN) : Number.isNaN(value)) throw { error: "a number is expected" };
-    await call("tatu.set", shown, row.key, value);
+    const name = scene.objects.get(shown)?.alias ?? "object";
+    await edit(`Change ${row.key.replace(/^\w+\./, "").replaceAll("_", " ")} of ${name}`, [["tatu.set", shown, row.key, value]]);
     field.setCustomValidity("");
     row.value = value;
-    changed();
   } catch (thrown) {
     const e = failure(thrown);
     field.setCustomValidity(e.error);

@@ -10,10 +10,13 @@ import { lintGutter, setDiagnostics } from "@codemirror/lint";
 import { lua } from "@codemirror/legacy-modes/mode/lua";
 import { tags } from "@lezer/highlight";
 import { failure } from "tatu/calls";
+import { ask as question } from "tatu/dialogs";
 import { get } from "tatu/dom";
-import { call, on, send } from "tatu/net";
-import { changed, rights, scene, watch } from "tatu/store";
+import { ask, on, send } from "tatu/net";
 import { line } from "tatu/output";
+import { guard } from "tatu/saving";
+import { rights, scene, watch } from "tatu/store";
+import { resolve } from "tatu/versions";
 
 /** @import { CompletionContext } from "@codemirror/autocomplete" */
 /** @import { Command, Script } from "tatu/protocol" */
@@ -22,8 +25,8 @@ import { line } from "tatu/output";
 let view = null;
 /** @type {Script | null} */
 let open = null;
-/** The text of the open script as the scene had it last. */
-let known = "";
+/** The text that is edited, as the scene had it, and its version there. */
+let base = { text: "", version: 0 };
 /** The script whose text the editor holds. */
 let shown = 0;
 /** @type {Command[] | null} */
@@ -73,11 +76,28 @@ function fill(text) {
   view.focus();
 }
 
+/** Whether the editor holds a text that is not in the scene. */
+function isUnsaved() {
+  return rights.acts && view !== null && shown !== 0 && view.state.doc.toString() !== base.text;
+}
+
+/** Asks what becomes of an unsaved text; a promise of whether the script may be left. */
+async function mayLeave() {
+  if (!isUnsaved() || !open) return true;
+  const chosen = await question("Save the script?", `${open.name} has changes that are not in the scene.`, ["Save", "Discard", "Cancel"]);
+  if (chosen === "Save") return save();
+  if (chosen !== "Discard") return false;
+  base.text = view?.state.doc.toString() ?? "";
+  return true;
+}
+guard(isUnsaved, mayLeave);
+
 /**
  * Opens a script of the scene.
  * @param {Script} script
  */
-export function openScript(script) {
+export async function openScript(script) {
+  if (open?.id !== script.id && !(await mayLeave())) return;
   open = script;
   get("script-name").textContent = script.name;
   get("script").hidden = false;
@@ -86,14 +106,19 @@ export function openScript(script) {
 }
 
 on("commands", (message) => { commands = message.commands; });
-on("script", ({ script, text }) => {
+on("script", ({ script, text, version }) => {
   if (open?.id !== script) return;
-  // A text that another client has saved does not replace what is being written here.
   const own = view?.state.doc.toString();
-  const isNew = shown !== script || (own === known && own !== text);
-  known = text;
+  if (shown === script && own !== base.text) {
+    // A text that another client has saved does not replace what is being written here.
+    if (own === text) base = { text, version };
+    else if (version !== base.version) line("Status", `${open.name} was changed elsewhere: saving it will show both texts`, "warning");
+    return;
+  }
+  base = { text, version };
+  if (shown === script && own === text) return;
   shown = script;
-  if (isNew) fill(text);
+  fill(text);
 });
 
 // After a lost connection the text in the editor remains, and belongs to the script of the same name.
@@ -121,7 +146,10 @@ function follow() {
   send({ type: "script", script: now.id });
 }
 watch("objects", follow);
-watch("scene", follow);
+watch("scene", () => {
+  if (scene.another && !again && open) close();
+  follow();
+});
 
 /**
  * Marks a line that a message names: "name:12: what is wrong".
@@ -135,19 +163,41 @@ function mark(text) {
   view.dispatch(setDiagnostics(view.state, [{ from, to, severity: "error", message: text }]));
 }
 
+/** Puts the text into the scene; a promise of whether it is there. */
 async function save() {
-  if (!view || !open || !rights.acts) return;
+  if (!view || !open || !rights.acts) return false;
   view.dispatch(setDiagnostics(view.state, []));
+  return put(open, view.state.doc.toString(), base.version);
+}
+
+/**
+ * Puts a text into the scene in place of a version of the script. If another client has saved a text meanwhile, the
+ * person decides.
+ * @param {Script} script
+ * @param {string} text
+ * @param {number} from
+ * @returns {Promise<boolean>}
+ */
+async function put(script, text, from) {
   try {
-    const text = view.state.doc.toString();
-    await call("tatu.setScript", open.id, text);
-    known = text;
-    changed();
-    line("Status", `${open.name}: the new text is in the scene`);
+    const [{ version, theirs }] = await ask({ type: "save_script", script: script.id, text, version: from }, `saving ${script.name}`);
+    if (theirs !== undefined) {
+      const chosen = await resolve(script.name, text, theirs);
+      if (!chosen) return false;
+      if (chosen.mine) return put(script, chosen.text, version);
+      base = { text: chosen.text, version };
+      fill(chosen.text);
+      return true;
+    }
+    base = { text, version };
+    if (view?.state.doc.toString() !== text) fill(text);
+    line("Status", `${script.name}: the new text is in the scene`);
+    return true;
   } catch (thrown) {
-    const e = failure(thrown);
-    mark(e.error);
-    line("Status", e.error, "error");
+    const { error, help } = failure(thrown);
+    mark(error);
+    line("Status", help ? `${error} (${help})` : error, "error");
+    return false;
   }
 }
 
@@ -157,4 +207,10 @@ on("event", ({ name, payload }) => {
   }
 });
 get("script-save").onclick = save;
-get("script-close").onclick = () => { get("script").hidden = true; open = null; shown = 0; };
+
+function close() {
+  get("script").hidden = true;
+  open = null;
+  shown = 0;
+}
+get("script-close").onclick = async () => { if (await mayLeave()) close(); };

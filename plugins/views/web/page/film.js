@@ -4,7 +4,6 @@
 import { get } from "tatu/dom";
 import { say, tell } from "tatu/film_net";
 import { entryLength } from "tatu/parse";
-import "tatu/store";
 import "tatu/tree";
 import "tatu/output";
 import "tatu/view";
@@ -12,6 +11,8 @@ import "tatu/sensing";
 import "tatu/volumes";
 import "tatu/drawings";
 import { clear } from "tatu/output";
+import { select } from "tatu/store";
+import { hitAt, renderer } from "tatu/view";
 
 /** @import { Reading, SceneObject, ToPage } from "tatu/protocol" */
 
@@ -34,6 +35,13 @@ const readings = new Map();
 const slider = get("slider", HTMLInputElement);
 const rate = get("rate", HTMLSelectElement);
 let end = 0;
+
+// A click selects what is seen there; a drag turns the camera.
+let down = { x: 0, y: 0 };
+renderer.domElement.addEventListener("pointerdown", (e) => { down = { x: e.clientX, y: e.clientY }; });
+renderer.domElement.addEventListener("pointerup", (e) => {
+  if (Math.hypot(e.clientX - down.x, e.clientY - down.y) <= 4) select(hitAt(e)?.id ?? 0);
+});
 
 async function unpack() {
   const packed = Uint8Array.from(atob(get("recording").textContent ?? ""), (c) => c.charCodeAt(0));

@@ -1,11 +1,12 @@
 // @ts-check
-// The gallery of scenes, to open one; and files that are dropped.
+// The gallery of scenes, to open one.
 
 import { failure } from "tatu/calls";
 import { get, make } from "tatu/dom";
-import { ask, call, on, send, upload } from "tatu/net";
+import { ask, on, send } from "tatu/net";
 import { sendPicture } from "tatu/pictures";
-import { rights, scene, watch } from "tatu/store";
+import { mayLeave } from "tatu/saving";
+import { scene, watch } from "tatu/store";
 import { line } from "tatu/output";
 
 /** @import { SceneFile } from "tatu/protocol" */
@@ -22,10 +23,15 @@ export function browse() {
   if (!dialog.open) dialog.showModal();
 }
 
-/** @param {string} file */
-async function open(file) {
+/**
+ * Opens a scene, once nothing is lost by it.
+ * @param {string} file
+ * @param {boolean} [asked] whether the person was asked about unsaved changes
+ */
+export async function openScene(file, asked = false) {
   sendPicture();
   if (dialog.open) dialog.close();
+  if (!asked && !(await mayLeave())) return;
   try {
     await ask({ type: "open", file }, `opening ${file}`);
   } catch (e) {
@@ -49,7 +55,7 @@ function title(file) {
 function card({ file, about, try: toTry, picture }) {
   const li = make("li");
   const b = make("button", { className: "scene" });
-  b.onclick = () => open(file);
+  b.onclick = () => { openScene(file); };
   b.title = file;
   if (picture) b.append(Object.assign(new Image(240, 150), { src: `data:image/png;base64,${picture}`, alt: "" }));
   b.append(make("strong", { textContent: title(file) }));
@@ -110,28 +116,3 @@ watch("scene", () => {
   if (first && !scene.objects.size) browse();
   first = false;
 });
-
-/**
- * A dropped model comes into the scene that is open, anything else is opened.
- * @param {File} file
- */
-async function take(file) {
-  try {
-    const name = await upload(file);
-    if (/\.(ttm|urdf)$/i.test(name) && scene.objects.size) await call("sim.loadModel", name);
-    else await open(name);
-  } catch (e) {
-    line("Status", failure(e).error, "error");
-  }
-}
-
-document.addEventListener("dragover", (e) => { if (rights.acts) e.preventDefault(); });
-document.addEventListener("drop", (e) => {
-  e.preventDefault();
-  if (rights.acts) for (const file of e.dataTransfer?.files ?? []) take(file);
-});
-const choose = get("choose", HTMLInputElement);
-choose.onchange = () => {
-  for (const file of choose.files ?? []) take(file);
-  choose.value = "";
-};

@@ -3,8 +3,6 @@
 
 import { get } from "tatu/dom";
 import { on } from "tatu/net";
-import { line } from "tatu/output";
-import { changed } from "tatu/store";
 
 const banner = get("lost");
 const here = location.host;
@@ -20,8 +18,3 @@ on("lost", (why) => {
   banner.hidden = false;
 });
 on("connected", () => { banner.hidden = true; });
-on("again", ({ restarted }) => {
-  if (!restarted) return;
-  if (!get("unsaved").hidden) line("Status", "the program was started again: changes of the scene that were in no file are lost", "warning");
-  changed(false);
-});

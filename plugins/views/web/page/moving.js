@@ -4,9 +4,9 @@
 import { TransformControls } from "three/gizmo";
 import { failure, newest } from "tatu/calls";
 import { get } from "tatu/dom";
-import { call } from "tatu/net";
+import { edit, named } from "tatu/edits";
 import { groups } from "tatu/objects";
-import { changed, rights, selected, watch } from "tatu/store";
+import { rights, selected, watch } from "tatu/store";
 import { camera, controls, redraw, renderer, stage } from "tatu/view";
 import { line } from "tatu/output";
 
@@ -34,14 +34,18 @@ for (const [m, b] of buttons) {
 }
 watch("selected", hold);
 watch("scene", hold);
-gizmo.addEventListener("dragging-changed", (e) => { controls.enabled = !e.value; });
+/** The number of the drag: what it changes is undone together. */
+let drag = Date.now();
+gizmo.addEventListener("dragging-changed", (e) => {
+  controls.enabled = !e.value;
+  drag++;
+});
 gizmo.addEventListener("change", redraw);
 
 /** The newest pose, and whose it is: a drag may end on one object while a pose of it is still on the way. */
 const move = newest(async (/** @type {{ id: number, pose: number[] }} */ { id, pose }) => {
   try {
-    await call("tatu.set", id, "object.pose", pose);
-    changed();
+    await edit(`Move ${named([id])}`, [["tatu.set", id, "object.pose", pose]], String(drag));
   } catch (e) {
     line("Status", failure(e).error, "error");
   }

@@ -94,17 +94,19 @@ const PART = 2 << 20;
 /**
  * Sends a file in parts; a promise of its name for commands.
  * @param {File} file
+ * @param {string} [name] with its folders, below `folder`
+ * @param {string} [folder] the answer to the message `folder`
  * @returns {Promise<string>}
  */
-export async function upload(file) {
+export async function upload(file, name = file.name, folder) {
   const bytes = new Uint8Array(await file.arrayBuffer());
-  const what = `the file ${file.name}`;
+  const what = `the file ${name}`;
   needConnection(`${what} was not sent`, "drop it again once the page is connected");
   const { id, results } = calls.begin(what);
   for (let at = 0; at === 0 || at < bytes.length; at += PART) {
     let text = "";
     for (const b of bytes.subarray(at, at + PART)) text += String.fromCharCode(b);
-    send({ type: "drop", id, file: file.name, part: btoa(text), last: at + PART >= bytes.length });
+    send({ type: "drop", id, file: name, part: btoa(text), last: at + PART >= bytes.length, ...(folder && { folder }) });
   }
   return (await results)[0];
 }

@@ -6,7 +6,7 @@ import { MANY, gather, hang, isLarge, scatter } from "tatu/crowd";
 import { get } from "tatu/dom";
 import { on } from "tatu/net";
 import { eachEntry, mesh as readMesh } from "tatu/parse";
-import { scene, selected, watch } from "tatu/store";
+import { scene, selection, under, watch } from "tatu/store";
 
 /** @import { Joint, Part, SceneObject } from "tatu/protocol" */
 /** @import { Body, ObjectGroup } from "tatu/crowd" */
@@ -204,6 +204,7 @@ watch("scene", () => {
   attach();
   show();
   crowdIfLarge();
+  edge();
 });
 
 watch("objects", (changed) => {
@@ -270,22 +271,45 @@ export function bounds() {
 }
 
 // What is selected has a border of its own.
-/** @type {THREE.Group | null} */
-let border = null;
+/** @type {THREE.Group[]} */
+let borders = [];
+/** @type {WeakMap<THREE.BufferGeometry, THREE.EdgesGeometry>} */
+const outlines = new WeakMap();
+const BORDER = new THREE.LineBasicMaterial({ color: 0xffa500 });
+
+/** @param {THREE.BufferGeometry} geometry */
+function outline(geometry) {
+  const known = outlines.get(geometry);
+  if (known) return known;
+  const edges = new THREE.EdgesGeometry(geometry, 25);
+  outlines.set(geometry, edges);
+  return edges;
+}
+
+/**
+ * The groups of an object, or of all that belongs to it if it is a model.
+ * @param {number} id
+ */
+function bordered(id) {
+  const ids = scene.objects.get(id)?.model ? under(id) : [id];
+  return ids.flatMap((one) => groups.get(one) ?? []);
+}
+
 function edge() {
-  border?.removeFromParent();
-  border = null;
-  const group = groups.get(selected());
-  if (!group) return;
-  border = new THREE.Group();
-  for (const mesh of group.userData.bodies) {
-    const edges = new THREE.LineSegments(new THREE.EdgesGeometry(mesh.geometry, 25), new THREE.LineBasicMaterial({ color: 0xffa500 }));
-    edges.position.copy(mesh.position);
-    edges.quaternion.copy(mesh.quaternion);
-    edges.scale.copy(mesh.scale);
-    border.add(edges);
-  }
-  if (!group.userData.bodies.length) border.add(new THREE.AxesHelper(0.2));
-  hang(group, border);
+  for (const old of borders) old.removeFromParent();
+  borders = selection().flatMap((id) => bordered(id).map((group) => {
+    const border = new THREE.Group();
+    for (const mesh of group.userData.bodies) {
+      if (!mesh.visible) continue;
+      const edges = new THREE.LineSegments(outline(mesh.geometry), BORDER);
+      edges.position.copy(mesh.position);
+      edges.quaternion.copy(mesh.quaternion);
+      edges.scale.copy(mesh.scale);
+      border.add(edges);
+    }
+    if (group.userData.id === id && !group.userData.bodies.length) border.add(new THREE.AxesHelper(0.2));
+    hang(group, border);
+    return border;
+  }));
 }
 watch("selected", edge);

@@ -31,7 +31,11 @@ items: Array<number>, stride: number, };
 /**
  * A request to the program.
  */
-export type FromPage = { "type": "run", action: Action, } | { "type": "speed", speed: number, } | { "type": "key", key: string, } | { "type": "drop", id: number, file: string, part: string, last: boolean, } | { "type": "open", id: number, file: string, } | { "type": "picture", scene: string, png: string, } | { "type": "call", id: number, name: string, args: Array<unknown>, } | { "type": "details", object: number, } | { "type": "script", script: number, } | { "type": "image", object: number, } | { "type": "graph", object: number, } | { "type": "commands", } | { "type": "files", };
+export type FromPage = { "type": "run", action: Action, } | { "type": "speed", speed: number, } | { "type": "key", key: string, } | { "type": "drop", id: number, file: string, part: string, last: boolean,
+/**
+ * The folder to which it goes: the answer to `folder`.
+ */
+folder?: string, } | { "type": "folder", id: number, name: string, } | { "type": "save_script", id: number, script: number, text: string, version: number, } | { "type": "open", id: number, file: string, } | { "type": "picture", scene: string, png: string, } | { "type": "call", id: number, name: string, args: Array<unknown>, } | { "type": "details", object: number, } | { "type": "script", script: number, } | { "type": "image", object: number, } | { "type": "graph", object: number, } | { "type": "commands", } | { "type": "files", };
 
 /**
  * How a joint moves.
@@ -212,7 +216,23 @@ acts: boolean,
 /**
  * A view-only address for other clients.
  */
-look?: string, speed: number, } | { "type": "scene", file: string, dt: number, objects: Array<SceneObject>, scripts: Array<Script>, } | { "type": "objects", objects: Array<SceneObject>, } | { "type": "state", state: RunState, speed: number, dt: number, } | { "type": "event", name: string, payload: any, } | { "type": "readings", readings: { [key in number]: Reading | null }, } | { "type": "drawings", drawings: Array<Drawing>, } | { "type": "streams", graph: number, streams: Array<Stream>, } | { "type": "details", object: number, rows: Array<Row>, } | { "type": "script", script: number, text: string, } | { "type": "commands", commands: Array<Command>, } | { "type": "files", files: Array<SceneFile>,
+look?: string, speed: number, } | { "type": "scene", file: string, dt: number, objects: Array<SceneObject>, scripts: Array<Script>, } | { "type": "objects", objects: Array<SceneObject>, } | { "type": "state", state: RunState, speed: number, dt: number,
+/**
+ * What the next undo and redo do, in words.
+ */
+undo: string | null, redo: string | null,
+/**
+ * Whether the scene differs from its file.
+ */
+unsaved: boolean,
+/**
+ * The file of the scene, and whether it is there.
+ */
+file: string, on_disk: boolean,
+/**
+ * When a program that ended unexpectedly wrote a copy of unsaved edits, Unix time in s.
+ */
+recovery: number | null, } | { "type": "event", name: string, payload: any, } | { "type": "readings", readings: { [key in number]: Reading | null }, } | { "type": "drawings", drawings: Array<Drawing>, } | { "type": "streams", graph: number, streams: Array<Stream>, } | { "type": "details", object: number, rows: Array<Row>, } | { "type": "script", script: number, text: string, version: number, } | { "type": "commands", commands: Array<Command>, } | { "type": "files", files: Array<SceneFile>,
 /**
  * The name of the working folder.
  */

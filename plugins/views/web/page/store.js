@@ -1,28 +1,32 @@
 // @ts-check
-// What the page knows: the scene, what is selected, whether anything is in no file yet.
+// What the page knows: the scene, and what is selected.
 
 import { get } from "tatu/dom";
 import { on, send } from "tatu/net";
 
 /** @import { SceneObject, Script } from "tatu/protocol" */
-/** @typedef {{ file: string, dt: number, objects: Map<number, SceneObject>, scripts: Script[] }} Scene */
+/**
+ * The scene; `another`: it is not the one that was there before.
+ * @typedef {{ file: string, another: boolean, dt: number, objects: Map<number, SceneObject>, scripts: Script[] }} Scene
+ */
 
 /**
  * The scene as it was sent, and its objects by handle.
  * @type {Scene}
  */
-export const scene = { file: "", dt: 0.05, objects: new Map(), scripts: [] };
+export const scene = { file: "", another: true, dt: 0.05, objects: new Map(), scripts: [] };
 /** Whether this page may act. */
 export const rights = { acts: true };
 
 /**
  * What can be watched, and what its watchers get: the scene when it is new; objects that have changed otherwise than by
- * moving; the selected object, 0: none.
+ * moving; the object that was selected last, 0: none.
  * @typedef {{ scene: Scene, objects: SceneObject[], selected: number }} Watched
  */
 /** @type {{ [K in keyof Watched]: ((value: Watched[K]) => void)[] }} */
 const watchers = { scene: [], objects: [], selected: [] };
-let chosen = 0;
+/** The selected objects, the last one last. @type {number[]} */
+let chosen = [];
 
 /**
  * Calls `f` when the scene, objects or the selection change.
@@ -34,50 +38,107 @@ export function watch(what, f) {
   watchers[what].push(f);
 }
 
-/** The handle of the selected object; 0: none. */
+/** The handle of the object that was selected last; 0: none. */
 export function selected() {
-  return chosen;
+  return chosen.at(-1) ?? 0;
+}
+
+/** The handles of all selected objects. */
+export function selection() {
+  return [...chosen];
 }
 
 /**
- * Selects an object.
+ * Selects an object; 0: none. With `add`, it joins the others, or leaves them if it is among them.
+ * @param {number} id
+ * @param {boolean} [add]
+ */
+export function select(id, add = false) {
+  if (!add) selectAll(id ? [id] : []);
+  else selectAll(chosen.includes(id) ? chosen.filter((other) => other !== id) : [...chosen, id]);
+}
+
+/**
+ * An object and all that is below it, parents first.
  * @param {number} id
  */
-export function select(id) {
-  if (id === chosen) return;
-  chosen = id;
-  for (const f of watchers.selected) f(id);
-  request();
+export function under(id) {
+  /** @type {Map<number, number[]>} */
+  const below = new Map();
+  for (const o of scene.objects.values()) below.set(o.parent, [...(below.get(o.parent) ?? []), o.id]);
+  /** @type {number[]} */
+  const all = [];
+  const add = (/** @type {number} */ one) => {
+    all.push(one);
+    below.get(one)?.forEach(add);
+  };
+  add(id);
+  return all;
+}
+
+/** @type {number[]} */
+let wanted = [];
+
+/**
+ * Selects objects.
+ * @param {number[]} ids
+ */
+export function selectAll(ids) {
+  wanted = [];
+  const all = [...new Set(ids)];
+  if (all.join() === chosen.join()) return;
+  const before = selected();
+  chosen = all;
+  for (const f of watchers.selected) f(selected());
+  if (selected() !== before) request();
+}
+
+/**
+ * Selects new objects as soon as the scene has them.
+ * @param {number[]} ids
+ */
+export function selectWhenThere(ids) {
+  wanted = ids;
+  choose();
+}
+
+function choose() {
+  if (wanted.length && wanted.every((id) => scene.objects.has(id))) selectAll(wanted);
 }
 
 /** Asks for the image or the streams of the selected object. */
 function request() {
-  const o = scene.objects.get(chosen);
-  send({ type: "image", object: o?.schema === "image" ? chosen : 0 });
-  send({ type: "graph", object: o?.kind === "graph" ? chosen : 0 });
+  const id = selected();
+  const o = scene.objects.get(id);
+  send({ type: "image", object: o?.schema === "image" ? id : 0 });
+  send({ type: "graph", object: o?.kind === "graph" ? id : 0 });
 }
 
-/** Something was changed that is in no file. */
-export function changed(is = true) {
-  get("unsaved").hidden = !is;
-  sessionStorage.setItem("unsaved", is ? "1" : "");
+function name() {
+  get("name").textContent = scene.file.split(/[\\/]/).pop() || "no scene";
 }
 
 on("scene", ({ file, dt, objects, scripts }) => {
-  if (file !== scene.file && scene.file) changed(false);
-  Object.assign(scene, { file, dt, scripts, objects: new Map(objects.map((o) => [o.id, o])) });
-  get("name").textContent = file.split("/").pop() || "no scene";
+  Object.assign(scene, { file, another: file !== scene.file, dt, scripts, objects: new Map(objects.map((o) => [o.id, o])) });
+  name();
   for (const f of watchers.scene) f(scene);
-  if (!scene.objects.has(chosen)) select(0);
+  const left = chosen.filter((id) => scene.objects.has(id));
+  if (left.length < chosen.length) selectAll(left);
+  choose();
 });
 on("objects", ({ objects }) => {
   const known = objects.filter((o) => scene.objects.has(o.id));
   for (const o of known) scene.objects.set(o.id, o);
   for (const f of watchers.objects) f(known);
 });
+// A scene that was saved under another name is the same one.
+on("state", ({ file }) => {
+  if (file === scene.file) return;
+  scene.file = file;
+  name();
+});
 on("hello", ({ acts }) => {
   rights.acts = acts;
   // The program forgets with a connection what was asked for over it.
-  if (chosen) request();
+  if (chosen.length) request();
 });
-get("unsaved").hidden = !sessionStorage.getItem("unsaved");

@@ -1,9 +1,9 @@
 // @ts-check
-// The tree of objects: a click selects, a double click opens the script.
+// The tree of objects: a click selects, with Ctrl or Shift more than one; a double click opens the script.
 
 import { get } from "tatu/dom";
 import { openScript } from "tatu/editor";
-import { scene, select, selected, watch } from "tatu/store";
+import { scene, select, selectAll, selected, selection, watch } from "tatu/store";
 
 /** @import { SceneObject } from "tatu/protocol" */
 
@@ -59,12 +59,13 @@ function item(object, children) {
   icon.textContent = ICONS[object.kind] ?? "\u25AB";
   icon.title = object.sensor ?? object.kind;
   const name = document.createElement("span");
+  name.className = "alias";
   name.textContent = object.alias;
   row.append(twist, icon, name);
   for (const script of object.scripts ?? []) {
     row.append(button("\u270E", `Script ${script.name}`, () => openScript(script)));
   }
-  row.onclick = () => select(object.id);
+  row.onclick = (e) => click(object.id, e);
   row.ondblclick = () => { const [script] = object.scripts ?? []; if (script) openScript(script); };
   items.set(object.id, row);
   li.append(row);
@@ -75,6 +76,32 @@ function item(object, children) {
     li.append(ul);
   }
   return li;
+}
+
+/** The handles of the rows, from top to bottom. */
+function shownIds() {
+  return [...tree.querySelectorAll("[data-id]")].map((row) => Number(/** @type {HTMLElement} */ (row).dataset.id));
+}
+
+/**
+ * @param {number} id
+ * @param {MouseEvent} e
+ */
+function click(id, e) {
+  if (e.ctrlKey || e.metaKey) select(id, true);
+  else if (e.shiftKey && selected()) {
+    const all = shownIds();
+    const [a, b] = [all.indexOf(selected()), all.indexOf(id)].sort((x, y) => x - y);
+    selectAll([...all.slice(a, (b ?? 0) + 1).filter((other) => other !== id), id]);
+  } else select(id);
+}
+
+/**
+ * The row of an object, if it is shown.
+ * @param {number} id
+ */
+export function rowOf(id) {
+  return items.get(id);
 }
 
 function draw() {
@@ -104,18 +131,18 @@ function draw() {
     roots.unshift(li);
   }
   tree.replaceChildren(...roots);
-  mark(selected());
+  mark();
 }
 
-/** @param {number} id */
-function mark(id) {
-  for (const [n, row] of items) row.setAttribute("aria-selected", String(n === id));
-  items.get(id)?.scrollIntoView({ block: "nearest" });
+function mark() {
+  const chosen = new Set(selection());
+  for (const [id, row] of items) row.setAttribute("aria-selected", String(chosen.has(id)));
+  items.get(selected())?.scrollIntoView({ block: "nearest" });
 }
 
 tree.addEventListener("keydown", (e) => {
-  const rows = [...tree.querySelectorAll("[data-id]")].filter((e) => e instanceof HTMLElement);
-  const all = rows.map((e) => Number(e.dataset.id));
+  if (e.target !== tree) return;
+  const all = shownIds();
   const at = all.indexOf(selected());
   if (e.key === "ArrowDown") select(all[Math.min(at + 1, all.length - 1)] ?? 0);
   else if (e.key === "ArrowUp") select(all[Math.max(at - 1, 0)] ?? 0);
@@ -135,7 +162,11 @@ watch("scene", () => {
   }
   draw();
 });
-watch("objects", draw);
+watch("objects", () => {
+  // A row that is being renamed or dragged stays.
+  if (tree.querySelector("input")) return;
+  draw();
+});
 watch("selected", (id) => {
   let up = scene.objects.get(id)?.parent;
   let opened = false;
@@ -144,5 +175,5 @@ watch("selected", (id) => {
     up = scene.objects.get(up)?.parent;
   }
   if (opened) draw();
-  mark(id);
+  mark();
 });

@@ -7,12 +7,12 @@ import { crowd, hitId, isLarge, place } from "tatu/crowd";
 import { get } from "tatu/dom";
 import { on } from "tatu/net";
 import { bounds, groups, root } from "tatu/objects";
-import { select, selected, watch } from "tatu/store";
+import { selected, selection, watch } from "tatu/store";
 
 THREE.Object3D.DEFAULT_UP.set(0, 0, 1);
 /** @import { ObjectGroup } from "tatu/crowd" */
 
-const host = get("view");
+export const host = get("view");
 const dark = matchMedia("(prefers-color-scheme: dark)");
 
 export const stage = new THREE.Scene();
@@ -82,15 +82,16 @@ new ResizeObserver(() => {
 }).observe(host);
 
 /**
- * Moves the camera so that everything, or what is selected, is seen.
- * @param {THREE.Object3D} [object]
+ * Moves the camera so that everything, or these objects, are seen.
+ * @param {THREE.Object3D[]} [objects]
  */
-export function fit(object) {
-  const box = object ? new THREE.Box3().setFromObject(object) : bounds();
+export function fit(objects) {
+  const box = objects ? new THREE.Box3() : bounds();
+  for (const object of objects ?? []) box.expandByObject(object);
   if (box.isEmpty()) return;
   const center = box.getCenter(new THREE.Vector3());
   // A robot alone needs room to drive.
-  const radius = Math.max(object ? 0.1 : 0.7, box.getSize(new THREE.Vector3()).length() / 2);
+  const radius = Math.max(objects ? 0.1 : 0.7, box.getSize(new THREE.Vector3()).length() / 2);
   const away = new THREE.Vector3(0.55, -0.75, 0.5).normalize();
   camera.position.copy(center).addScaledVector(away, radius / Math.sin((camera.fov * Math.PI) / 360));
   controls.target.copy(center);
@@ -137,9 +138,12 @@ on("frame", () => {
   redraw();
 });
 
-get("fit").onclick = () => fit(groups.get(selected()));
-/** @type {string | null} */
-let file = null;
+/** Fits the selection, or everything, into the view. */
+export function fitSelection() {
+  const all = selection().flatMap((id) => groups.get(id) ?? []);
+  fit(all.length ? all : undefined);
+}
+get("fit").onclick = fitSelection;
 /**
  * Looks from where a camera of the scene does: along its z axis, to about the middle of what is there.
  * @param {ObjectGroup} group
@@ -163,14 +167,13 @@ function lookFrom(group) {
 watch("scene", (scene) => {
   // Another scene is seen from its own camera or as a whole; the same one is seen as before.
   const own = [...scene.objects.values()].find((o) => o.kind === "camera");
-  if (file !== scene.file) {
+  if (scene.another) {
     requestAnimationFrame(() => {
       const group = groups.get(own?.id ?? 0);
       if (group) lookFrom(group);
       else fit();
     });
   }
-  file = scene.file;
   redraw();
 });
 
@@ -197,14 +200,15 @@ export function hitAt(e) {
   return hit ? { id: hitId(hit), point: hit.point } : null;
 }
 
-// A click selects what is seen there; a drag turns the camera.
-/** @type {[number, number] | null} */
-let down = null;
-renderer.domElement.addEventListener("pointerdown", (e) => { down = [e.clientX, e.clientY]; host.focus({ preventScroll: true }); });
-renderer.domElement.addEventListener("pointerup", (e) => {
-  if (!down || Math.hypot(e.clientX - down[0], e.clientY - down[1]) > 4) return;
-  select(hitAt(e)?.id ?? 0);
-});
+/**
+ * Where an object is in the world.
+ * @param {number} id
+ */
+export function worldPosition(id) {
+  const at = new THREE.Vector3();
+  groups.get(id)?.getWorldPosition(at);
+  return at;
+}
 
 lay(5);
 paint();

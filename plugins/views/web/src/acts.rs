@@ -13,8 +13,10 @@ use tatu_services_common::json;
 use crate::{
     frames::object,
     gallery,
+    plugin::Props,
     protocol::{Action, Command, Row, ToPage},
     recent::Recent,
+    scene,
 };
 
 /// Properties that are too large to be shown as text.
@@ -92,7 +94,21 @@ fn choices(row: ValueRef<'_>) -> Vec<String> {
 /// Returns the source of a script.
 pub fn script(turn: &Turn<'_>, n: u32) -> Result<ToPage> {
     let text = turn.script_text(object(n))?;
-    Ok(ToPage::Script { script: n, text: String::from_utf8_lossy(&text).into_owned() })
+    let version = scene::version(&text);
+    Ok(ToPage::Script { script: n, text: String::from_utf8_lossy(&text).into_owned(), version })
+}
+
+/// Replaces the text of a script, unless it has changed since `version`. Returns its version, and if it was not replaced
+/// because of that, its text: two pages may save the same script.
+pub fn save_script(turn: &Turn<'_>, p: &Props, n: u32, text: &str, version: u32) -> Result<Json> {
+    let present = turn.script_text(object(n))?;
+    let found = scene::version(&present);
+    if found != version && present != text.as_bytes() {
+        return Ok(json!({ "version": found, "theirs": String::from_utf8_lossy(&present) }));
+    }
+    let name = turn.get(object(n), p.script_name)?.as_str().map(|s| s.into_owned()).unwrap_or_default();
+    call(turn, "tatu.edit", &[json!(format!("Change {name}")), json!([["tatu.setScript", n, text]])])?;
+    Ok(json!({ "version": scene::version(text.as_bytes()) }))
 }
 
 /// Calls a command; returns its results.

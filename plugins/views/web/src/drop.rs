@@ -10,36 +10,108 @@ use tatu_plugin_api::{
 
 /// Name of the folder, within the one in which scripts open files.
 const FOLDER: &str = "dropped";
-/// Allowed extensions.
+/// Allowed extensions of a file on its own, and of those that come with a scene.
 const ENDINGS: &[&str] = &["toml", "ttt", "ttm", "urdf"];
+const ENDINGS_WITH_SCENE: &[&str] = &[
+    "toml", "ttt", "ttm", "urdf", "xacro", "lua", "obj", "mtl", "stl", "ply", "dae", "png", "jpg", "jpeg", "svg",
+    "csv", "json", "txt", "md",
+];
 /// Limits on the size of a file, the length of its name, and the number of files with the same name.
 const MOST: usize = 64 << 20;
 const LONGEST: usize = 100;
 const MOST_ALIKE: usize = 1000;
+/// Limits on the files of a folder, their bytes, and how deep they are.
+const MOST_FILES: usize = 1000;
+const MOST_TOGETHER: usize = 256 << 20;
+const DEEPEST: usize = 8;
+
+/// Checks a name without folders.
+fn check(name: &str) -> Result {
+    let plain = |c: char| c.is_alphanumeric() || " ._-()+".contains(c);
+    if name.is_empty() || name.len() > LONGEST || name.starts_with('.') || !name.chars().all(plain) {
+        return Err(Fail::argument(format!(
+            "`{name}` is not a valid file name: it may have letters, digits, spaces and . _ - ( ) +, and at most {LONGEST} bytes"
+        )));
+    }
+    Ok(())
+}
+
+/// Checks the extension of a name.
+fn check_ending(name: &str, endings: &[&str]) -> Result {
+    let ending = Path::new(name).extension().and_then(|e| e.to_str()).unwrap_or("").to_lowercase();
+    if endings.contains(&ending.as_str()) {
+        return Ok(());
+    }
+    let expected = endings.join(", ");
+    Err(Fail::argument(format!("`{name}` cannot be taken: expected a name that ends with {expected}")))
+}
+
+/// A new folder for a scene and its files.
+pub struct Folder {
+    name: String,
+    files: usize,
+    bytes: usize,
+}
+
+impl Folder {
+    /// Finds a name that is free; it must not contain folders.
+    pub fn new(turn: &Turn<'_>, name: &str) -> Result<Folder> {
+        check(name)?;
+        for n in 1..=MOST_ALIKE {
+            let name = if n == 1 { format!("{FOLDER}/{name}") } else { format!("{FOLDER}/{name}-{n}") };
+            let is_there = |path: Vec<u8>| Path::new(&*String::from_utf8_lossy(&path)).symlink_metadata().is_ok();
+            if !turn.file(name.as_bytes(), TATU_FILE_READ).is_ok_and(is_there) {
+                return Ok(Folder { name, files: 0, bytes: 0 });
+            }
+        }
+        Err(Fail::new(format!("there are already {MOST_ALIKE} folders named `{name}`")).help("remove some of them"))
+    }
+
+    /// Its name for commands.
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// Begins a file in it; its name may contain folders.
+    pub fn file(&mut self, name: &str) -> Result<Dropped> {
+        let parts: Vec<&str> = name.split('/').collect();
+        if parts.len() > DEEPEST {
+            return Err(Fail::argument(format!("`{name}` is too deep: expected at most {DEEPEST} folders")));
+        }
+        parts.iter().try_for_each(|part| check(part))?;
+        check_ending(name, ENDINGS_WITH_SCENE)?;
+        self.files += 1;
+        if self.files > MOST_FILES {
+            return Err(Fail::argument(format!("`{}` has more than {MOST_FILES} files", self.name)));
+        }
+        Ok(Dropped { name: name.to_owned(), folder: self.name.clone(), bytes: Vec::new() })
+    }
+
+    /// Counts a received file.
+    pub fn count(&mut self, file: &Dropped) -> Result {
+        if file.folder == self.name {
+            self.bytes += file.bytes.len();
+        }
+        if self.bytes > MOST_TOGETHER {
+            return Err(Fail::argument(format!("the files of `{}` have more than {MOST_TOGETHER} bytes", self.name)));
+        }
+        Ok(())
+    }
+}
 
 /// A partially received file.
 pub struct Dropped {
     name: String,
+    folder: String,
     bytes: Vec<u8>,
 }
 
 impl Dropped {
     /// Begins a file; its name must not contain folders.
     pub fn new(name: &str) -> Result<Dropped> {
-        let ending = Path::new(name).extension().and_then(|e| e.to_str()).unwrap_or("").to_lowercase();
-        let plain = |c: char| c.is_alphanumeric() || " ._-()+".contains(c);
-        if name.len() > LONGEST || name.starts_with('.') || !name.chars().all(plain) {
-            return Err(Fail::argument(format!(
-                "`{name}` is not a valid file name: it may have letters, digits, spaces and . _ - ( ) +, and at most {LONGEST} bytes"
-            )));
-        }
-        if !ENDINGS.contains(&ending.as_str()) {
-            return Err(Fail::argument(format!(
-                "`{name}` is not a scene, model or robot file: expected a name that ends with {}",
-                ENDINGS.join(", ")
-            )));
-        }
-        Ok(Dropped { name: name.to_owned(), bytes: Vec::new() })
+        check(name)?;
+        check_ending(name, ENDINGS)?;
+        Ok(Dropped { name: name.to_owned(), folder: FOLDER.to_owned(), bytes: Vec::new() })
     }
 
     /// Adds a part.
@@ -54,13 +126,13 @@ impl Dropped {
 
     /// Writes the file; returns its name for commands.
     pub fn write(self, turn: &Turn<'_>) -> Result<String> {
-        let path = Path::new(&self.name);
-        let part = |p: Option<&std::ffi::OsStr>| p.unwrap_or_default().to_string_lossy().into_owned();
-        let (stem, ending) = (part(path.file_stem()), part(path.extension()));
-        for n in 1..=MOST_ALIKE {
+        let (stem, ending) = self.name.rsplit_once('.').unwrap_or((&self.name, ""));
+        // Files of a scene refer to each other, so their names stay.
+        let most = if self.folder == FOLDER { MOST_ALIKE } else { 1 };
+        for n in 1..=most {
             let name = if n == 1 { self.name.clone() } else { format!("{stem}-{n}.{ending}") };
-            let name = format!("{FOLDER}/{name}");
-            if turn.file(name.as_bytes(), TATU_FILE_READ).is_ok() {
+            let name = format!("{}/{name}", self.folder);
+            if turn.file(name.as_bytes(), TATU_FILE_READ).is_ok() && n < most {
                 continue;
             }
             let mode = TATU_FILE_WRITE | TATU_FILE_NEW | TATU_FILE_FOLDERS;
@@ -86,6 +158,24 @@ mod tests {
             assert!(Dropped::new(bad).is_err(), "{bad}");
         }
         assert!(Dropped::new("My scene (2).ttt").is_ok() && Dropped::new("robot.URDF").is_ok());
+    }
+
+    #[test]
+    fn files_of_a_scene_stay_below_its_folder() {
+        let mut folder = Folder { name: "dropped/room".to_owned(), files: 0, bytes: 0 };
+        for bad in ["../a.toml", "a/../b.toml", "/a.toml", "a//b.lua", "a/.b.lua", "a\\b.lua", "b.so", "a/b", "b.lua/"]
+        {
+            assert!(folder.file(bad).is_err(), "{bad}");
+        }
+        assert!(folder.file(&format!("{}x.lua", "a/".repeat(DEEPEST))).is_err());
+        let file = folder.file("scripts/drive.lua").unwrap();
+        assert_eq!((file.folder.as_str(), file.name.as_str()), ("dropped/room", "scripts/drive.lua"));
+        assert!((1..MOST_FILES).all(|_| folder.file("x.png").is_ok()) && folder.file("x.png").is_err());
+        let large =
+            Dropped { name: String::new(), folder: "dropped/room".to_owned(), bytes: vec![0; MOST_TOGETHER / 2] };
+        assert!(folder.count(&large).is_ok() && folder.count(&large).is_ok() && folder.count(&file).is_ok());
+        let one = Dropped { bytes: vec![0], ..file };
+        assert!(folder.count(&one).is_err());
     }
 
     #[test]

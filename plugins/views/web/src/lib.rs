@@ -5,6 +5,7 @@
 //! - `scene`: the scene as a whole; `frames`: changes since; `readings`: data of sensors, drawings and graphs;
 //! - `changes`: objects that have changed otherwise than by moving;
 //! - `protocol`: the types of all text messages;
+//! - `edits`: what can be undone, and copies of what is in no file;
 //! - `gallery`: the scenes that the page offers; `recent`: those shown lately, kept from run to run;
 //! - `lists`: lists built once for all clients, and limits on requests; `opened`: passes the address to a browser;
 //! - `plugin`: the plugin, and interned property keys; `windows`: windows of scripts; `pace`: real-time factor;
@@ -14,6 +15,7 @@
 mod acts;
 mod changes;
 mod drop;
+mod edits;
 mod files;
 mod film;
 mod film_page;

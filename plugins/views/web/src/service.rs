@@ -21,12 +21,13 @@ use tatu_services_common::{
 use crate::{
     acts,
     changes::Changes,
-    drop::Dropped,
+    drop::{Dropped, Folder},
+    edits::{self, Known},
     files,
     lists::{Allowance, Lists},
     opened::Opened,
     pace::{Pace, SPEEDS},
-    plugin::WebPage,
+    plugin::{Props, WebPage},
     protocol::{Action, FromPage, ToPage},
     readings,
     recent::Recent,
@@ -46,7 +47,7 @@ const MOST_LINES: usize = 500;
 
 /// The service.
 pub struct Web {
-    p: crate::plugin::Props,
+    p: Props,
     state: RefCell<State>,
 }
 
@@ -78,6 +79,7 @@ pub(crate) struct State {
     pub(crate) listener: Listener,
     pub(crate) lists: Lists,
     pub(crate) recent: Recent,
+    pub(crate) edits: Known,
     /// The file that passes the address to a browser, until the browser connects.
     pub(crate) opened: Option<Opened>,
 }
@@ -94,8 +96,9 @@ pub(crate) struct Guest {
     /// Whether it lacks readings that were sent to others, and the number of the drawings that it has.
     pub(crate) missed: bool,
     pub(crate) drawings: u64,
-    /// A partially received file.
+    /// A partially received file, and the folder that was made for several.
     pub(crate) dropped: Option<Dropped>,
+    pub(crate) folder: Option<Folder>,
     /// Rate limit of a client that has view rights only.
     pub(crate) allowance: Allowance,
 }
@@ -171,6 +174,7 @@ impl Service for Web {
             listener,
             lists: Lists::default(),
             recent: Recent::of_user(),
+            edits: Known::default(),
             opened,
         };
         Ok(Web { p: plugin.p, state: RefCell::new(state) })
@@ -180,8 +184,9 @@ impl Service for Web {
         let state = &mut *self.state()?;
         let running = turn.state() == TATU_RUNNING;
         state.come(turn)?;
-        state.hear(turn)?;
+        state.hear(turn, &self.p)?;
         state.attend(turn);
+        state.edits.keep(turn);
         state.show(turn, &self.p, step)?;
         // A world that is not running is not held, because its scripts are still called.
         if !running {
@@ -202,6 +207,9 @@ impl Service for Web {
 
     fn event(&self, _: &Turn<'_>, name: &str, payload: ValueRef<'_>) {
         let Ok(mut state) = self.state() else { return };
+        if matches!(name, edits::EVENT | "stopped") {
+            state.edits.changed();
+        }
         if name == "stopped" {
             (state.held, state.singles) = (false, 0);
             state.windows.clear();
@@ -255,6 +263,7 @@ impl State {
                 missed: true,
                 drawings: 0,
                 dropped: None,
+                folder: None,
                 allowance: Allowance::new(),
             });
         }
@@ -274,7 +283,7 @@ impl State {
     }
 
     /// Executes the messages of clients.
-    fn hear(&mut self, turn: &Turn<'_>) -> Result {
+    fn hear(&mut self, turn: &Turn<'_>, p: &Props) -> Result {
         let mut guests = std::mem::take(&mut self.guests);
         // Clients with control rights come first, so that viewers do not delay them.
         let (acting, looking): (Vec<_>, Vec<_>) = guests.iter_mut().partition(|g| g.client.role == Rights::Act);
@@ -302,7 +311,7 @@ impl State {
                     continue;
                 }
                 let of = asked.id();
-                let answer = match self.act(turn, guest, asked) {
+                let answer = match self.act(turn, p, guest, asked) {
                     Ok(Some(answer)) => answer,
                     Ok(None) => continue,
                     Err(fail) => {
@@ -327,7 +336,7 @@ impl State {
     }
 
     /// Executes a request; returns the answer, if it has one.
-    fn act(&mut self, turn: &Turn<'_>, guest: &mut Guest, asked: FromPage) -> Result<Option<ToPage>> {
+    fn act(&mut self, turn: &Turn<'_>, p: &Props, guest: &mut Guest, asked: FromPage) -> Result<Option<ToPage>> {
         let may_act = guest.client.role == Rights::Act;
         match asked {
             FromPage::Details { object } => return acts::details(turn, object).map(Some),
@@ -344,13 +353,33 @@ impl State {
             FromPage::Key { key } => {
                 acts::call(turn, "tatu.press", &[json!(key)])?;
             }
-            FromPage::Drop { id, file: name, part, last } => {
-                let mut file = match guest.dropped.take() {
-                    Some(file) => file,
-                    None => Dropped::new(&name)?,
+            FromPage::Folder { id, name } => {
+                let folder = guest.folder.insert(Folder::new(turn, &name)?);
+                return Ok(Some(ToPage::Result { of: id, results: vec![json!(folder.name())] }));
+            }
+            FromPage::SaveScript { id, script, text, version } => {
+                self.last_round = None;
+                let result = acts::save_script(turn, p, script, &text, version)?;
+                return Ok(Some(ToPage::Result { of: id, results: vec![result] }));
+            }
+            FromPage::Drop { id, file: name, part, last, folder } => {
+                let mut file = match (guest.dropped.take(), folder) {
+                    (Some(file), _) => file,
+                    (None, None) => Dropped::new(&name)?,
+                    (None, Some(folder)) => match &mut guest.folder {
+                        Some(own) if own.name() == folder => own.file(&name)?,
+                        _ => {
+                            return Err(Fail::argument(format!(
+                                "`{folder}` is not the folder that this page made last"
+                            )));
+                        }
+                    },
                 };
                 file.take(&part)?;
                 if last {
+                    if let Some(folder) = &mut guest.folder {
+                        folder.count(&file)?;
+                    }
                     return Ok(Some(ToPage::Result { of: id, results: vec![json!(file.write(turn)?)] }));
                 }
                 guest.dropped = Some(file);
@@ -362,6 +391,7 @@ impl State {
             FromPage::Picture { scene, png } => acts::picture(&self.recent, &scene, &png)?,
             FromPage::Call { id, name, args } => {
                 self.last_round = None;
+                self.edits.look_again();
                 return Ok(Some(ToPage::Result { of: id, results: acts::call(turn, &name, &args)? }));
             }
         }

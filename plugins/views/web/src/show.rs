@@ -70,6 +70,7 @@ impl State {
     fn read_scene(&mut self, turn: &Turn<'_>, p: &crate::plugin::Props) -> Result {
         self.whole = scene::read(turn, p)?;
         self.changes.begin(turn, p, &self.whole)?;
+        self.edits.changed();
         if let Some(file) = turn.get(0, p.file)?.as_str() {
             self.recent.shown(Path::new(&*file));
         }
@@ -108,7 +109,8 @@ impl State {
             _ if self.held => RunState::Paused,
             _ => RunState::Running,
         };
-        let text = ToPage::State { state, speed: self.pace.speed, dt: turn.f64(0, p.dt)? }.text();
+        let edits = self.edits.read(turn);
+        let text = ToPage::State { state, speed: self.pace.speed, dt: turn.f64(0, p.dt)?, edits }.text();
         if text != self.told {
             self.guests.iter().for_each(|g| g.client.out.send(Message::Text(text.clone().into())));
             self.told = text;

@@ -16,7 +16,20 @@ pub(crate) enum FromPage {
     /// Presses a key: a character or a name such as `up`.
     Key { key: String },
     /// Sends a part of a file, in base64; the answer to the last one is the name of the file for commands.
-    Drop { id: u32, file: String, part: String, last: bool },
+    Drop {
+        id: u32,
+        file: String,
+        part: String,
+        last: bool,
+        /// The folder to which it goes: the answer to `folder`.
+        #[serde(default)]
+        #[cfg_attr(test, ts(optional))]
+        folder: Option<String>,
+    },
+    /// Creates a folder for the files that follow; the answer is its name.
+    Folder { id: u32, name: String },
+    /// Replaces the text of a script if it still has the version from which the new text was written.
+    SaveScript { id: u32, script: u32, text: String, version: u32 },
     /// Opens a scene of the gallery, or as `tatu.open` does.
     Open { id: u32, file: String },
     /// Keeps a picture of a recent scene: a PNG in base64.
@@ -65,7 +78,11 @@ impl FromPage {
     /// Returns the number by which an answer refers to the request.
     pub(crate) fn id(&self) -> Option<u32> {
         match self {
-            FromPage::Drop { id, .. } | FromPage::Open { id, .. } | FromPage::Call { id, .. } => Some(*id),
+            FromPage::Drop { id, .. }
+            | FromPage::Folder { id, .. }
+            | FromPage::SaveScript { id, .. }
+            | FromPage::Open { id, .. }
+            | FromPage::Call { id, .. } => Some(*id),
             _ => None,
         }
     }

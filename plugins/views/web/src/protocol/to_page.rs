@@ -39,6 +39,8 @@ pub(crate) enum ToPage {
         state: RunState,
         speed: f64,
         dt: f64,
+        #[serde(flatten)]
+        edits: Edits,
     },
     Event {
         name: String,
@@ -64,6 +66,7 @@ pub(crate) enum ToPage {
     Script {
         script: u32,
         text: String,
+        version: u32,
     },
     Commands {
         commands: Vec<Command>,
@@ -96,6 +99,23 @@ pub(crate) enum RunState {
     Stopped,
     Running,
     Paused,
+}
+
+/// What can be undone, and what is in no file.
+#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize)]
+#[cfg_attr(test, derive(ts_rs::TS))]
+pub(crate) struct Edits {
+    /// What the next undo and redo do, in words.
+    pub(crate) undo: Option<String>,
+    pub(crate) redo: Option<String>,
+    /// Whether the scene differs from its file.
+    pub(crate) unsaved: bool,
+    /// The file of the scene, and whether it is there.
+    pub(crate) file: String,
+    pub(crate) on_disk: bool,
+    /// When a program that ended unexpectedly wrote a copy of unsaved edits, Unix time in s.
+    #[cfg_attr(test, ts(type = "number | null"))]
+    pub(crate) recovery: Option<i64>,
 }
 
 /// A property of an object.

@@ -1,0 +1,129 @@
+// @ts-check
+// Aligning, spreading and assembling what is selected.
+
+import * as THREE from "three";
+import { isBelow, reparent, tell, tops } from "tatu/clipboard";
+import { get, make } from "tatu/dom";
+import { edit, named } from "tatu/edits";
+import { groups, root } from "tatu/objects";
+import { rights, scene, selected, selection, watch } from "tatu/store";
+import { host } from "tatu/view";
+
+/** @typedef {"x" | "y" | "z"} Axis */
+
+/** @param {number} id */
+function boxOf(id) {
+  const group = groups.get(id);
+  const box = new THREE.Box3();
+  if (!group) return box;
+  box.setFromObject(group);
+  if (box.isEmpty()) box.expandByPoint(group.getWorldPosition(new THREE.Vector3()));
+  return box;
+}
+
+/**
+ * The call that moves an object by a vector of the world.
+ * @param {number} id
+ * @param {THREE.Vector3} by
+ * @returns {[string, ...unknown[]]}
+ */
+function moveCall(id, by) {
+  const group = groups.get(id);
+  const at = group?.position.clone() ?? new THREE.Vector3();
+  const turn = group?.parent?.getWorldQuaternion(new THREE.Quaternion()) ?? new THREE.Quaternion();
+  at.add(by.clone().applyQuaternion(turn.invert()));
+  // Sums of floating-point numbers leave noise that a file would show.
+  return ["tatu.set", id, "object.position", at.toArray().map((x) => Number(x.toFixed(6)) + 0)];
+}
+
+/**
+ * Moves each object by what `way` says of its box.
+ * @param {string} word
+ * @param {(box: THREE.Box3, i: number) => THREE.Vector3} way
+ */
+async function shift(word, way) {
+  root.updateMatrixWorld(true);
+  const ids = tops(selection());
+  const moves = ids.map((id, i) => ({ id, by: way(boxOf(id), i) })).filter(({ by }) => by.length() > 1e-9);
+  if (!moves.length) return;
+  await edit(`${word} ${named(ids)}`, moves.map(({ id, by }) => moveCall(id, by))).catch(tell);
+}
+
+/** @param {Axis} axis @param {number} x */
+function along(axis, x) {
+  return new THREE.Vector3().setComponent("xyz".indexOf(axis), x);
+}
+
+/**
+ * Aligns to the object that was selected last: its lower side, middle or upper side.
+ * @param {Axis} axis
+ * @param {number} part 0, 0.5 or 1
+ */
+function align(axis, part) {
+  root.updateMatrixWorld(true);
+  const side = (/** @type {THREE.Box3} */ box) => box.min[axis] + part * (box.max[axis] - box.min[axis]);
+  const goal = side(boxOf(selected()));
+  return shift("Align", (box) => along(axis, goal - side(box)));
+}
+
+/** Puts the lowest point of each object on the ground of the world. */
+function ground() {
+  return shift("Put down", (box) => along("z", -box.min.z));
+}
+
+/**
+ * Spreads the middles of objects evenly between the outer ones.
+ * @param {Axis} axis
+ */
+function spread(axis) {
+  root.updateMatrixWorld(true);
+  const middle = (/** @type {number} */ id) => boxOf(id).getCenter(new THREE.Vector3())[axis];
+  const order = tops(selection()).map((id) => ({ id, at: middle(id) })).sort((a, b) => a.at - b.at);
+  const [low, high] = [order[0]?.at ?? 0, order.at(-1)?.at ?? 0];
+  const places = new Map(order.map(({ id }, i) => [id, low + (i * (high - low)) / Math.max(1, order.length - 1)]));
+  const ids = tops(selection());
+  return shift("Distribute", (box, i) => along(axis, (places.get(ids[i] ?? 0) ?? 0) - box.getCenter(new THREE.Vector3())[axis]));
+}
+
+/** Attaches what was selected last to what was selected before it, where it is. */
+function assemble() {
+  const [onto, part] = selection();
+  if (onto === undefined || part === undefined || isBelow(onto, part)) return;
+  return reparent([part], onto);
+}
+
+const bar = get("arrange");
+const axis = make("select", { title: "Axis" });
+axis.setAttribute("aria-label", "Axis");
+for (const name of ["x", "y", "z"]) axis.add(new Option(name, name));
+const along3 = () => /** @type {Axis} */ (axis.value);
+
+/**
+ * @param {string} id
+ * @param {string} name
+ * @param {string} title
+ * @param {() => unknown} act
+ */
+function button(id, name, title, act) {
+  const b = make("button", { id, textContent: name, title, onclick: () => { act(); } });
+  bar.append(b);
+  return b;
+}
+
+bar.append(make("span", { textContent: "Align" }), axis);
+button("align-low", "low", "Align the lower sides along the axis to those of the object selected last", () => align(along3(), 0));
+button("align-middle", "middle", "Align the middles along the axis", () => align(along3(), 0.5));
+button("align-high", "high", "Align the upper sides along the axis", () => align(along3(), 1));
+button("spread", "distribute", "Spread evenly along the axis", () => spread(along3()));
+button("ground", "to the ground", "Put the lowest point at height 0", ground);
+const assembly = button("assemble", "assemble", "Attach the object selected last to the one selected first, where it is", assemble);
+
+function show() {
+  const many = selection().length;
+  bar.hidden = !rights.acts || many < 2;
+  assembly.disabled = many !== 2 || scene.objects.get(selection()[1] ?? 0)?.parent === selection()[0];
+}
+watch("selected", show);
+watch("scene", show);
+watch("objects", show);
+host.append(bar);

@@ -1,0 +1,146 @@
+// @ts-check
+// What is done to the selection: delete, copy, cut, paste, duplicate, attach.
+
+import { failure } from "tatu/calls";
+import { edit, named, together } from "tatu/edits";
+import { line } from "tatu/output";
+import { groundAt, pointer } from "tatu/pointing";
+import { rights, scene, selectAll, selectWhenThere, selection, under } from "tatu/store";
+import { worldPosition } from "tatu/view";
+
+/** What was copied or cut: the tops, without what is below them. */
+let held = { ids: /** @type {number[]} */ ([]), cut: false };
+
+/** @param {unknown} thrown */
+export function tell(thrown) {
+  const { error, help } = failure(thrown);
+  line("Status", help ? `${error} (${help})` : error, "error");
+}
+
+/**
+ * Whether an object is below another one.
+ * @param {number} id
+ * @param {number} top
+ */
+export function isBelow(id, top) {
+  for (let o = scene.objects.get(id); o; o = scene.objects.get(o.parent)) if (o.parent === top) return true;
+  return false;
+}
+
+/**
+ * Without objects that are below others of these.
+ * @param {number[]} ids
+ */
+export function tops(ids) {
+  const there = ids.filter((id) => scene.objects.has(id));
+  return there.filter((id) => !there.some((other) => isBelow(id, other)));
+}
+
+/**
+ * These objects and all that is below them, parents first.
+ * @param {number[]} ids
+ */
+function whole(ids) {
+  return tops(ids).flatMap(under);
+}
+
+/** Removes the selection with all that is below it. */
+export async function remove() {
+  const ids = tops(selection());
+  if (!rights.acts || !ids.length) return;
+  try {
+    await edit(`Delete ${named(ids)}`, [["tatu.remove", whole(ids)]]);
+  } catch (thrown) {
+    tell(thrown);
+  }
+}
+
+/** @param {boolean} cut */
+export function hold(cut) {
+  const ids = tops(selection());
+  if (!ids.length) return;
+  held = { ids, cut };
+  line("Status", `${cut ? "Cut" : "Copied"} ${named(ids)}`);
+}
+
+/**
+ * Copies objects; the copies are selected.
+ * @param {string} word
+ * @param {number[]} ids
+ * @param {number[]} by how far, m
+ * @param {number} parent of those whose own parent is not copied; 0: the world
+ */
+async function copy(word, ids, by, parent) {
+  const all = whole(ids);
+  const [[made] = []] = await edit(`${word} ${named(ids)}`, [["tatu.copy", all, parent, by]]);
+  selectWhenThere(ids.map((id) => made[all.indexOf(id)]));
+}
+
+/** Puts what was copied or cut where the pointer is on the ground, or beside itself. */
+export async function paste() {
+  const ids = tops(held.ids);
+  const [first] = ids;
+  if (!rights.acts || first === undefined) return;
+  const at = pointer() ? groundAt(pointer()) : null;
+  const from = worldPosition(first);
+  const by = at ? [at.x - from.x, at.y - from.y, 0] : [0.3, 0.3, 0];
+  try {
+    if (held.cut) {
+      const merge = together();
+      for (const id of ids) {
+        const { x, y, z } = worldPosition(id);
+        await edit(`Move ${named(ids)}`, [
+          ["tatu.set", id, "object.parent", 0],
+          ["tatu.set", id, "object.position", [x + (by[0] ?? 0), y + (by[1] ?? 0), z]],
+        ], merge);
+      }
+      held = { ids: [], cut: false };
+      selectAll(ids);
+    } else await copy("Paste", ids, by, 0);
+  } catch (thrown) {
+    tell(thrown);
+  }
+}
+
+/** Copies the selection beside itself, below the same parents. */
+export async function duplicate() {
+  const ids = tops(selection());
+  if (!rights.acts || !ids.length) return;
+  const parents = new Set(ids.map((id) => scene.objects.get(id)?.parent ?? 0));
+  try {
+    await copy("Duplicate", ids, [0.3, 0.3, 0], parents.size === 1 ? [...parents][0] ?? 0 : 0);
+  } catch (thrown) {
+    tell(thrown);
+  }
+}
+
+/**
+ * Hangs objects below another one, where they are.
+ * @param {number[]} ids
+ * @param {number} parent 0: the world
+ */
+export async function reparent(ids, parent) {
+  const moved = tops(ids).filter((id) => id !== parent && !isBelow(parent, id) && scene.objects.get(id)?.parent !== parent);
+  if (!rights.acts || !moved.length) return;
+  const where = parent ? scene.objects.get(parent)?.alias ?? "" : "the world";
+  try {
+    await edit(`Attach ${named(moved)} to ${where}`, moved.map((id) => ["tatu.set", id, "object.parent", parent]));
+  } catch (thrown) {
+    tell(thrown);
+  }
+}
+
+/**
+ * Gives an object another name.
+ * @param {number} id
+ * @param {string} name
+ */
+export async function rename(id, name) {
+  const o = scene.objects.get(id);
+  if (!rights.acts || !o || !name || name === o.alias) return;
+  try {
+    await edit(`Rename ${o.alias} to ${name}`, [["tatu.set", id, "object.alias", name]]);
+  } catch (thrown) {
+    tell(thrown);
+  }
+}

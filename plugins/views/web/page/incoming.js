@@ -1,0 +1,151 @@
+// @ts-check
+// Files that come from outside: dropped on the page, or chosen. A folder, several files or an archive come together, and
+// the scene among them is opened.
+
+import { failure } from "tatu/calls";
+import { choose } from "tatu/dialogs";
+import { get, make } from "tatu/dom";
+import { openScene } from "tatu/gallery";
+import { ask, call, upload } from "tatu/net";
+import { line } from "tatu/output";
+import { mayLeave } from "tatu/saving";
+import { rights, scene } from "tatu/store";
+import { unzip } from "tatu/zip";
+
+/** @typedef {{ name: string, file: File }} Incoming The name has the folders that it is in. */
+
+/** What a folder is searched for; other files are left behind. */
+const TAKEN = /\.(toml|ttt|ttm|urdf|xacro|lua|obj|mtl|stl|ply|dae|png|jpe?g|svg|csv|json|txt|md)$/i;
+const SCENE = /\.(toml|ttt|urdf)$/i;
+const ALONE = /\.(toml|ttt|ttm|urdf)$/i;
+/** Most files that come together. */
+const MOST = 1000;
+
+/** @param {unknown} thrown */
+function tell(thrown) {
+  const { error, help } = failure(thrown);
+  line("Status", help ? `${error} (${help})` : error, "error");
+}
+
+/**
+ * The files below a dropped entry.
+ * @param {FileSystemEntry} entry
+ * @param {string} above
+ * @returns {Promise<Incoming[]>}
+ */
+async function below(entry, above) {
+  const name = above + entry.name;
+  if (entry.isFile) {
+    const file = await new Promise((/** @type {(file: File) => void} */ good, bad) => /** @type {FileSystemFileEntry} */ (entry).file(good, bad));
+    return [{ name, file }];
+  }
+  const reader = /** @type {FileSystemDirectoryEntry} */ (entry).createReader();
+  /** @type {Incoming[]} */
+  const all = [];
+  for (;;) {
+    const some = await new Promise((/** @type {(entries: FileSystemEntry[]) => void} */ good, bad) => reader.readEntries(good, bad));
+    // A folder is told in portions.
+    if (!some.length) return all;
+    for (const one of some) if (!one.name.startsWith(".")) all.push(...await below(one, `${name}/`));
+    if (all.length > MOST) throw { error: `\`${entry.name}\` has more than ${MOST} files` };
+  }
+}
+
+/**
+ * @param {Incoming[]} files
+ * @returns {Promise<Incoming[]>}
+ */
+async function unpacked(files) {
+  const [only] = files;
+  if (files.length !== 1 || !only || !/\.zip$/i.test(only.name)) return files;
+  const found = await unzip(await only.file.arrayBuffer(), (name) => TAKEN.test(name) && !/(^|\/)[._]/.test(name));
+  return found.map(({ name, bytes }) => ({ name, file: new File([bytes], name.split("/").pop() ?? name) }));
+}
+
+/**
+ * The scene among files: the outermost one that is no part of a model; the person chooses among several.
+ * @param {string[]} names
+ */
+async function sceneOf(names) {
+  const scenes = names.filter((name) => SCENE.test(name) && !/(^|\/)model\.toml$/i.test(name));
+  const depth = (/** @type {string} */ name) => name.split("/").length;
+  const least = Math.min(...scenes.map(depth));
+  const outer = scenes.filter((name) => depth(name) === least);
+  const named = outer.filter((name) => /(^|\/)scene\.toml$/i.test(name));
+  if (named.length === 1 || outer.length < 2) return named[0] ?? outer[0] ?? null;
+  const chosen = await choose("Which scene is opened?", [make("p", { textContent: "There are several." })], [...outer, "Cancel"]);
+  return outer.includes(chosen) ? chosen : null;
+}
+
+/**
+ * @param {Incoming[]} all
+ * @param {string} title
+ */
+async function takeTogether(all, title) {
+  const files = all.filter(({ name }) => TAKEN.test(name));
+  if (files.length > MOST) throw { error: `${title} has more than ${MOST} files` };
+  // A folder that contains all the others says nothing.
+  const parts = files.map(({ name }) => name.split("/"));
+  const first = parts[0]?.[0] ?? "";
+  const inOne = parts.every((p) => p.length > 1 && p[0] === first);
+  const names = parts.map((p) => (inOne ? p.slice(1) : p).join("/"));
+  const wanted = await sceneOf(names);
+  if (wanted === null) throw { error: `${title} was not taken: there is no scene in it`, help: "a scene ends with .toml, .ttt or .urdf" };
+  if (!(await mayLeave())) return;
+  const plain = (inOne ? first : title).replace(/\.zip$/i, "").replace(/[^\p{L}\p{N} ._()+-]/gu, "_").replace(/^\.+/, "");
+  const [folder] = await ask({ type: "folder", name: plain || "scene" }, `the folder ${title}`);
+  let opened = "";
+  for (const [i, { file }] of files.entries()) {
+    const name = names[i] ?? "";
+    const made = await upload(file, name, folder);
+    if (name === wanted) opened = made;
+  }
+  line("Status", `${files.length} files are in ${folder}`);
+  await openScene(opened, true);
+}
+
+/**
+ * A model on its own comes into the scene that is open, anything else is opened.
+ * @param {Incoming} incoming
+ */
+async function takeOne({ name, file }) {
+  const isModel = /\.(ttm|urdf)$/i.test(name) && scene.objects.size > 0;
+  if (!isModel && !(await mayLeave())) return;
+  const made = await upload(file);
+  if (isModel) await call("tatu.edit", `Add ${name.replace(/\.\w+$/, "")}`, [["sim.loadModel", made]]);
+  else await openScene(made, true);
+}
+
+/** @param {Incoming[]} files */
+async function take(files) {
+  if (!rights.acts || !files.length) return;
+  try {
+    const [only] = files;
+    const all = await unpacked(files);
+    if (all.length === 1 && all === files && only && ALONE.test(only.name)) await takeOne(only);
+    else await takeTogether(all, files.length === 1 ? only?.name ?? "" : (only?.name.split("/")[0] ?? "files"));
+  } catch (thrown) {
+    tell(thrown);
+  }
+}
+
+document.addEventListener("dragover", (e) => { if (rights.acts) e.preventDefault(); });
+document.addEventListener("drop", async (e) => {
+  e.preventDefault();
+  // The entries are there only during the event.
+  const entries = [...(e.dataTransfer?.items ?? [])].flatMap((item) => item.webkitGetAsEntry() ?? []);
+  try {
+    take((await Promise.all(entries.map((entry) => below(entry, "")))).flat());
+  } catch (thrown) {
+    tell(thrown);
+  }
+});
+for (const id of ["choose", "choose-folder"]) {
+  const field = get(id, HTMLInputElement);
+  field.onchange = () => {
+    const files = [...(field.files ?? [])].map((file) => ({ name: file.webkitRelativePath || file.name, file }));
+    field.value = "";
+    get("dialog", HTMLDialogElement).close();
+    take(files.filter(({ name }) => !/(^|\/)\./.test(name)));
+  };
+}

@@ -1,0 +1,57 @@
+// @ts-check
+// A menu at a place of the page.
+
+import { make } from "tatu/dom";
+
+/** @typedef {{ name: string, keys: string, act: () => void, off: boolean }} Entry */
+
+/** @type {HTMLElement | null} */
+let open = null;
+/** What had the focus before. @type {Element | null} */
+let before = null;
+
+function close() {
+  open?.remove();
+  open = null;
+  if (before instanceof HTMLElement) before.focus({ preventScroll: true });
+}
+
+/**
+ * Opens a menu.
+ * @param {number} x
+ * @param {number} y
+ * @param {Entry[]} entries
+ */
+export function openMenu(x, y, entries) {
+  open?.remove();
+  before = document.activeElement;
+  const menu = make("div", { className: "menu" });
+  menu.setAttribute("role", "menu");
+  for (const { name, keys, act, off } of entries) {
+    const b = make("button", { disabled: off });
+    b.setAttribute("role", "menuitem");
+    b.append(make("span", { textContent: name }), make("small", { textContent: keys }));
+    b.onclick = () => {
+      close();
+      act();
+    };
+    menu.append(b);
+  }
+  document.body.append(menu);
+  const { width, height } = menu.getBoundingClientRect();
+  menu.style.left = `${Math.min(x, innerWidth - width - 4)}px`;
+  menu.style.top = `${Math.min(y, innerHeight - height - 4)}px`;
+  open = menu;
+  menu.querySelector("button")?.focus();
+  menu.onkeydown = (e) => {
+    const all = [...menu.querySelectorAll("button")].filter((b) => !b.disabled);
+    const at = all.findIndex((b) => b === document.activeElement);
+    if (e.key === "Escape") close();
+    else if (e.key === "ArrowDown") all[(at + 1) % all.length]?.focus();
+    else if (e.key === "ArrowUp") all[(at - 1 + all.length) % all.length]?.focus();
+    else if (e.key !== "Enter" && e.key !== " " && e.key !== "Tab") return;
+    if (e.key !== "Enter" && e.key !== " ") e.preventDefault();
+    e.stopPropagation();
+  };
+}
+addEventListener("pointerdown", (e) => { if (open && !(e.target instanceof Node && open.contains(e.target))) close(); }, true);

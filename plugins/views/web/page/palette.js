@@ -1,0 +1,96 @@
+// @ts-check
+// The palette of what can be added: dragged into the view, or clicked and then placed by a click.
+
+import { get, make } from "tatu/dom";
+import { tell } from "tatu/clipboard";
+import { call, on } from "tatu/net";
+import { begin, putInMiddle } from "tatu/placing";
+import { FIXED, devices, models } from "tatu/stock";
+import { rights } from "tatu/store";
+
+/** @import { Item, Section } from "tatu/stock" */
+
+const button = get("add");
+const palette = get("palette");
+const search = get("find-item", HTMLInputElement);
+const list = get("items");
+/** Pixels after which a press is a drag. */
+const STILL = 4;
+let filled = false;
+
+/** @param {Item} item */
+function entry(item) {
+  const b = make("button", { className: "entry", title: item.text });
+  b.dataset.item = item.name;
+  b.append(make("strong", { textContent: item.name.replaceAll("_", " ") }), make("small", { textContent: item.text }));
+  /** @type {{ x: number, y: number } | null} */
+  let down = null;
+  b.onpointerdown = (e) => {
+    if (e.button === 0) down = { x: e.clientX, y: e.clientY };
+    // The pointer belongs to the view as soon as it is there.
+    b.releasePointerCapture(e.pointerId);
+  };
+  addEventListener("pointermove", (e) => {
+    if (!down || Math.hypot(e.clientX - down.x, e.clientY - down.y) <= STILL) return;
+    down = null;
+    begin(item, true);
+  });
+  addEventListener("pointerup", () => { down = null; });
+  b.onclick = (e) => {
+    // Without a pointer it was a key: the middle of the view is as good a place as any.
+    if (e.detail === 0) putInMiddle(item);
+    else begin(item, false);
+  };
+  return b;
+}
+
+/** @param {Section} section */
+function part({ name, items }) {
+  const own = make("details", { open: name === "Shapes" });
+  own.append(make("summary", { textContent: name }), ...items.map(entry));
+  return own;
+}
+
+async function fill() {
+  filled = true;
+  try {
+    const [[kinds], [known]] = await Promise.all([call("tatu.kinds"), call("tatu.models")]);
+    const [shapes, joints, others] = FIXED;
+    const sections = [shapes, joints, ...devices(kinds), others, models(known)].filter((s) => s !== undefined);
+    list.replaceChildren(...sections.map(part));
+  } catch (thrown) {
+    filled = false;
+    tell(thrown);
+  }
+}
+
+/** @param {boolean} is */
+function show(is) {
+  palette.hidden = !is;
+  button.setAttribute("aria-pressed", String(is));
+  if (is && !filled) fill();
+  if (is) search.focus();
+}
+
+button.onclick = () => show(palette.hidden);
+palette.addEventListener("keydown", (e) => {
+  if (e.key !== "Escape") return;
+  show(false);
+  button.focus();
+  e.stopPropagation();
+});
+search.oninput = () => {
+  const words = search.value.toLowerCase().split(/\s+/);
+  for (const own of list.querySelectorAll("details")) {
+    let some = false;
+    for (const b of own.querySelectorAll("button")) {
+      b.hidden = !words.every((word) => (b.textContent ?? "").toLowerCase().includes(word));
+      some ||= !b.hidden;
+    }
+    own.hidden = !some;
+    own.open = search.value ? some : own.firstElementChild?.textContent === "Shapes";
+  }
+};
+on("hello", ({ acts }) => { button.hidden = !acts; });
+on("again", () => { filled = false; if (!palette.hidden) fill(); });
+if (!rights.acts) button.hidden = true;

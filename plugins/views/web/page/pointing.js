@@ -1,0 +1,46 @@
+// @ts-check
+// Where the pointer is in the scene.
+
+import * as THREE from "three";
+import { hitAt, host, rayAt } from "tatu/view";
+
+/** @typedef {{ clientX: number, clientY: number }} Pointer */
+
+/** @type {Pointer | null} */
+let last = null;
+host.addEventListener("pointermove", ({ clientX, clientY }) => { last = { clientX, clientY }; });
+host.addEventListener("pointerleave", () => { last = null; });
+
+/** The pointer while it is above the view, else null. */
+export function pointer() {
+  return last;
+}
+
+/** The middle of the view. */
+export function middle() {
+  const box = host.getBoundingClientRect();
+  return { clientX: box.left + box.width / 2, clientY: box.top + box.height / 2 };
+}
+
+const floor = new THREE.Plane(new THREE.Vector3(0, 0, 1), 0);
+
+/**
+ * What is below the pointer: the surface of an object, or the ground of the world; null: the sky.
+ * @param {Pointer | null} at
+ * @returns {{ id: number, point: THREE.Vector3 } | null}
+ */
+export function surfaceAt(at) {
+  if (!at) return null;
+  const hit = hitAt(at);
+  if (hit) return hit;
+  const point = rayAt(at).ray.intersectPlane(floor, new THREE.Vector3());
+  return point && point.length() < 1000 ? { id: 0, point } : null;
+}
+
+/**
+ * The point of the ground below the pointer, or null.
+ * @param {Pointer | null} at
+ */
+export function groundAt(at) {
+  return at ? surfaceAt(at)?.point ?? null : null;
+}

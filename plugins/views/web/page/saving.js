@@ -1,0 +1,185 @@
+// @ts-check
+// New, open, save; undo and redo; and that nothing which is in no file is lost unasked.
+
+import { failure } from "tatu/calls";
+import { ask, askText, choose } from "tatu/dialogs";
+import { get, make } from "tatu/dom";
+import { known, redo, undo, watchEdits } from "tatu/edits";
+import { call, on } from "tatu/net";
+import { line } from "tatu/output";
+import { rights } from "tatu/store";
+
+/** @type {(() => Promise<boolean>)[]} */
+const guards = [];
+/** @type {(() => boolean)[]} */
+const holders = [];
+
+/**
+ * Registers what else may be unsaved: whether it is, and what asks for it before another scene is opened.
+ * @param {() => boolean} isUnsaved
+ * @param {() => Promise<boolean>} mayLeave
+ */
+export function guard(isUnsaved, mayLeave) {
+  holders.push(isUnsaved);
+  guards.push(mayLeave);
+}
+
+/** @param {unknown} thrown */
+function tell(thrown) {
+  const { error, help } = failure(thrown);
+  line("Status", help ? `${error} (${help})` : error, "error");
+}
+
+/**
+ * Files as people read them: without the folder that the program was started in.
+ * @param {string} file
+ */
+function short(file) {
+  return file.replace(/^\.[\\/]/, "");
+}
+
+/**
+ * Saves into the scene's own file; a promise of whether it was saved.
+ * @param {boolean} [over] even if the file has changed on disk
+ * @returns {Promise<boolean>}
+ */
+export async function save(over = false) {
+  if (!rights.acts) return false;
+  if (!known.on_disk || !/\.toml$/i.test(known.file)) return saveAs();
+  try {
+    await call("tatu.saveScene", "", over);
+    line("Status", `Saved ${short(known.file)}`);
+    return true;
+  } catch (thrown) {
+    const { error, help } = failure(thrown);
+    const changed = /changed on disk/.test(error);
+    const text = help ? `${error} (${help})` : error;
+    const chosen = await ask("The scene was not saved", text, changed ? ["Save as", "Replace", "Cancel"] : ["Save as", "Cancel"]);
+    if (chosen === "Save as") return saveAs();
+    return chosen === "Replace" ? save(true) : false;
+  }
+}
+
+/** The name that is proposed: beside the scene, if that is below the working folder. */
+function proposal() {
+  const name = short(known.file || "scene.toml").replace(/\.\w+$/, "") + ".toml";
+  const inside = !/^([\\/]|\w:|\.\.)/.test(name);
+  return inside ? name : name.split(/[\\/]/).pop() ?? "scene.toml";
+}
+
+/**
+ * Asks for a name and saves under it; a promise of whether it was saved.
+ * @param {string} [proposed]
+ * @returns {Promise<boolean>}
+ */
+export async function saveAs(proposed = proposal()) {
+  if (!rights.acts) return false;
+  const given = await askText("Save the scene as", "A file in the folder in which the program was started:", proposed, "Save");
+  if (given === null) return false;
+  const name = /\.toml$/i.test(given) ? given : `${given}.toml`;
+  return saveUnder(name, false);
+}
+
+/**
+ * @param {string} name
+ * @param {boolean} over
+ * @returns {Promise<boolean>}
+ */
+async function saveUnder(name, over) {
+  try {
+    await call("tatu.saveScene", name, over);
+    line("Status", `Saved ${name}`);
+    return true;
+  } catch (thrown) {
+    const { error, help } = failure(thrown);
+    const chosen = await ask("The scene was not saved", help ? `${error} (${help})` : error, ["Another name", "Replace", "Cancel"]);
+    if (chosen === "Another name") return saveAs(name);
+    return chosen === "Replace" && !over ? saveUnder(name, true) : false;
+  }
+}
+
+/**
+ * Asks what becomes of unsaved changes; a promise of whether the scene may be left.
+ * @returns {Promise<boolean>}
+ */
+export async function mayLeave() {
+  for (const own of guards) if (!(await own())) return false;
+  if (!known.unsaved || !rights.acts) return true;
+  const text = `${known.file.split(/[\\/]/).pop() || "The scene"} has changes that are in no file.`;
+  const chosen = await ask("Save the changes?", text, ["Save", "Discard", "Cancel"]);
+  if (chosen === "Save") return save();
+  if (chosen !== "Discard") return false;
+  // The copy of the changes goes as well.
+  await call("tatu.recover", false).catch(tell);
+  return true;
+}
+
+async function newScene() {
+  if (!rights.acts || !(await mayLeave())) return;
+  await call("tatu.newScene").catch(tell);
+}
+
+/** @param {boolean} back */
+export async function step(back) {
+  if (!rights.acts || known.state !== "stopped") return;
+  try {
+    const label = await (back ? undo() : redo());
+    if (label) line("Status", `${back ? "Undone" : "Done again"}: ${label}`);
+  } catch (thrown) {
+    tell(thrown);
+  }
+}
+
+get("new").onclick = newScene;
+get("save").onclick = () => { save(); };
+get("save-as").onclick = () => { saveAs(); };
+get("undo").onclick = () => { step(true); };
+get("redo").onclick = () => { step(false); };
+
+const RUNS = "not while the simulation runs: a stop takes back what was changed since the start";
+
+/**
+ * @param {string} id
+ * @param {string} word
+ * @param {string} keys
+ * @param {string | null} label
+ */
+function show(id, word, keys, label) {
+  const b = get(id, HTMLButtonElement);
+  const runs = known.state !== "stopped";
+  b.disabled = !rights.acts || runs || !label;
+  b.title = runs ? `${word}: ${RUNS}` : label ? `${word} ${label} (${keys})` : `Nothing to ${word.toLowerCase()}`;
+}
+
+watchEdits(({ undo: back, redo: ahead, unsaved }) => {
+  show("undo", "Undo", "Ctrl+Z", back);
+  show("redo", "Redo", "Ctrl+Y", ahead);
+  get("unsaved").hidden = !unsaved;
+  title();
+});
+
+function title() {
+  const name = known.file.split(/[\\/]/).pop() || "no scene";
+  document.title = `${known.unsaved ? "\u25CF " : ""}${name} \u2014 Tatu`;
+}
+on("hello", ({ acts }) => {
+  for (const id of ["new", "save", "save-as"]) get(id, HTMLButtonElement).disabled = !acts;
+});
+
+addEventListener("beforeunload", (e) => {
+  if (rights.acts && (known.unsaved || holders.some((is) => is()))) e.preventDefault();
+});
+
+// A copy of changes that a program left which ended unexpectedly.
+let offered = "";
+watchEdits(async ({ recovery, file }) => {
+  if (!rights.acts || recovery === null) return;
+  const key = `${file} ${recovery}`;
+  if (offered === key) return;
+  offered = key;
+  const when = new Date(recovery * 1000).toLocaleString();
+  const text = make("p", { textContent: `The program ended unexpectedly. There is a copy of changes of ${short(file)} that were in no file, from ${when}.` });
+  const chosen = await choose("Restore unsaved changes?", [text], ["Restore", "Discard", "Later"]);
+  if (chosen === "Restore" || chosen === "Discard") await call("tatu.recover", chosen === "Restore").catch(tell);
+});
+on("again", () => { offered = ""; });

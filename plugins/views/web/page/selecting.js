@@ -1,0 +1,123 @@
+// @ts-check
+// Selecting in the view: by clicks, from models to their parts, and by a box.
+
+import * as THREE from "three";
+import { get, make } from "tatu/dom";
+import { known } from "tatu/edits";
+import { groups } from "tatu/objects";
+import { isPlacing } from "tatu/placing";
+import { rights, scene, select, selectAll, selected, selection } from "tatu/store";
+import { camera, controls, hitAt, host, renderer } from "tatu/view";
+
+const canvas = renderer.domElement;
+const tool = get("select");
+/** Pixels that a pointer may move during a click. */
+const STILL = 4;
+
+/**
+ * The outermost model that an object belongs to; itself if there is none.
+ * @param {number} id
+ */
+export function modelOf(id) {
+  let found = id;
+  for (let o = scene.objects.get(id); o; o = scene.objects.get(o.parent)) if (o.model) found = o.id;
+  return found;
+}
+
+/** Selects what is above the selection: the model of a part, then nothing. */
+export function selectAbove() {
+  let o = scene.objects.get(selected());
+  for (o = o && scene.objects.get(o.parent); o; o = scene.objects.get(o.parent)) {
+    if (!o.model) continue;
+    select(o.id);
+    return;
+  }
+  select(0);
+}
+
+/** @type {{ x: number, y: number, free: boolean } | null} */
+let down = null;
+canvas.addEventListener("pointerdown", (e) => {
+  host.focus({ preventScroll: true });
+  down = e.button === 0 && !isPlacing() ? { x: e.clientX, y: e.clientY, free: true } : null;
+});
+canvas.addEventListener("pointerup", (e) => {
+  const from = down;
+  down = null;
+  if (!from || Math.hypot(e.clientX - from.x, e.clientY - from.y) > STILL) return;
+  const part = hitAt(e)?.id ?? 0;
+  const model = modelOf(part);
+  if (e.ctrlKey || e.metaKey || e.shiftKey) {
+    if (part) select(model, true);
+    return;
+  }
+  // A second click goes from a model to its part.
+  const again = selected() === model || (selected() === part && part !== 0);
+  select(again ? part : model);
+});
+
+// A box: with Shift on empty ground, with Shift anywhere while nothing can be pushed, or with the tool.
+tool.onclick = () => tool.setAttribute("aria-pressed", String(tool.getAttribute("aria-pressed") !== "true"));
+const frame = make("div", { id: "box", hidden: true });
+host.append(frame);
+/** @type {{ x: number, y: number, add: boolean } | null} */
+let box = null;
+
+/** @param {PointerEvent} e */
+function isGround(e) {
+  const id = hitAt(e)?.id;
+  return id === undefined || (scene.objects.get(id)?.parts ?? []).every((p) => p.form === "plane");
+}
+
+canvas.addEventListener("pointerdown", (e) => {
+  if (e.button !== 0 || isPlacing()) return;
+  const byTool = tool.getAttribute("aria-pressed") === "true";
+  const canPush = rights.acts && known.state === "running";
+  if (!byTool && !(e.shiftKey && (!canPush || isGround(e)))) return;
+  box = { x: e.clientX, y: e.clientY, add: e.ctrlKey || e.metaKey };
+  controls.enabled = false;
+}, true);
+addEventListener("pointermove", (e) => {
+  if (!box) return;
+  const at = host.getBoundingClientRect();
+  const [x, y] = [Math.min(e.clientX, box.x), Math.min(e.clientY, box.y)];
+  frame.hidden = false;
+  Object.assign(frame.style, {
+    left: `${x - at.left}px`, top: `${y - at.top}px`,
+    width: `${Math.abs(e.clientX - box.x)}px`, height: `${Math.abs(e.clientY - box.y)}px`,
+  });
+});
+addEventListener("pointerup", (e) => {
+  const from = box;
+  if (!from) return;
+  box = null;
+  frame.hidden = true;
+  controls.enabled = true;
+  if (Math.hypot(e.clientX - from.x, e.clientY - from.y) <= STILL) return;
+  const found = within(from, { x: e.clientX, y: e.clientY });
+  selectAll(from.add ? [...selection(), ...found] : found);
+});
+
+/**
+ * Models and objects whose middle is in a box; floors are in none.
+ * @param {{ x: number, y: number }} a
+ * @param {{ x: number, y: number }} b
+ */
+function within(a, b) {
+  const at = canvas.getBoundingClientRect();
+  camera.updateMatrixWorld();
+  const center = new THREE.Vector3();
+  /** @type {Set<number>} */
+  const found = new Set();
+  for (const [id, group] of groups) {
+    const { bodies } = group.userData;
+    if (bodies.length && bodies.every((mesh) => !mesh.visible || mesh.geometry.type === "PlaneGeometry")) continue;
+    if (!bodies.length && !scene.objects.get(id)?.visible) continue;
+    (bodies[0] ?? group).getWorldPosition(center).project(camera);
+    const x = at.left + ((center.x + 1) / 2) * at.width;
+    const y = at.top + ((1 - center.y) / 2) * at.height;
+    const inside = x >= Math.min(a.x, b.x) && x <= Math.max(a.x, b.x) && y >= Math.min(a.y, b.y) && y <= Math.max(a.y, b.y);
+    if (inside && Math.abs(center.z) <= 1) found.add(modelOf(id));
+  }
+  return [...found];
+}

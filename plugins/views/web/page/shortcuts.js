@@ -1,0 +1,45 @@
+// @ts-check
+// Keys that work wherever no text is being written.
+
+import { duplicate, hold, paste, remove } from "tatu/clipboard";
+import { save, step } from "tatu/saving";
+import { selectAbove } from "tatu/selecting";
+import { renameSelected } from "tatu/treeing";
+import { fitSelection } from "tatu/view";
+import { isPlacing } from "tatu/placing";
+
+/** Whether keys belong to a field, an editor or a dialog. */
+function isWriting() {
+  const e = document.activeElement;
+  const inField = e instanceof HTMLElement && (e.isContentEditable || /^(INPUT|TEXTAREA|SELECT)$/.test(e.tagName));
+  return (inField && !(e instanceof HTMLInputElement && e.type === "checkbox")) || document.querySelector("dialog[open]") !== null;
+}
+
+/** @type {{ [key: string]: () => void }} */
+const WITH_CTRL = {
+  z: () => step(true), y: () => step(false), c: () => hold(false), x: () => hold(true), v: paste, d: duplicate,
+};
+/** @type {{ [key: string]: () => void }} */
+const ALONE = { Delete: remove, f: fitSelection, F2: renameSelected, Escape: selectAbove };
+
+// Before others: in the view all other keys go to the simulation.
+document.addEventListener("keydown", (e) => {
+  if (e.altKey) return;
+  const ctrl = e.ctrlKey || e.metaKey;
+  const key = e.key.length === 1 ? e.key.toLowerCase() : e.key;
+  if (ctrl && key === "s") {
+    // The editor saves its script by the same keys.
+    if (document.activeElement?.closest("#editor") || document.querySelector("dialog[open]")) return;
+    e.preventDefault();
+    save();
+    return;
+  }
+  if (isWriting() || isPlacing()) return;
+  let act = ctrl ? WITH_CTRL[key] : e.shiftKey ? undefined : ALONE[key];
+  if (ctrl && e.shiftKey) act = key === "z" ? () => step(false) : undefined;
+  // Text that is marked anywhere is copied as text.
+  if (!act || (ctrl && key === "c" && !getSelection()?.isCollapsed)) return;
+  e.preventDefault();
+  e.stopPropagation();
+  act();
+}, true);

@@ -1,0 +1,97 @@
+// @ts-check
+// What can be added to a scene, and how a scene file describes it. Nothing here needs a page.
+
+/**
+ * An entry of the palette. It is described by `toml`, or it is the model `model`. `size` is what the preview shows, m;
+ * `lift` is how far its origin is above what it stands on, m; with `attach` it hangs on what is below it.
+ * @typedef {{ name: string, text: string, toml: string, model?: string, form: string, size: [number, number, number], lift: number, attach: boolean }} Item
+ */
+/** @typedef {{ name: string, items: Item[] }} Section */
+
+/**
+ * @param {string} alias
+ * @param {string} keys
+ */
+function object(alias, keys) {
+  return `format = 1\n[[object]]\nalias = "${alias}"\n${keys}\n`;
+}
+
+/**
+ * @param {string} name
+ * @param {string} form
+ * @param {[number, number, number]} size
+ * @param {string} text
+ * @param {boolean} [dynamic]
+ * @returns {Item}
+ */
+function shape(name, form, size, text, dynamic = true) {
+  const keys = `kind = "shape"\nprimitive = "${form}"\nsize_m = [${size.join(", ")}]\nrespondable = true${dynamic ? "\ndynamic = true" : ""}`;
+  return { name, text, toml: object(name, keys), form, size, lift: size[2] / 2, attach: false };
+}
+
+/** @type {[number, number, number]} */
+const SMALL = [0.05, 0.05, 0.05];
+
+/**
+ * @param {string} name
+ * @param {string} text
+ * @param {string} keys
+ * @param {Partial<Item>} [more]
+ * @returns {Item}
+ */
+function thing(name, text, keys, more = {}) {
+  return { name, text, toml: object(name, keys), form: "sphere", size: SMALL, lift: 0, attach: false, ...more };
+}
+
+/** @type {Section[]} */
+export const FIXED = [
+  {
+    name: "Shapes",
+    items: [
+      shape("box", "box", [0.2, 0.2, 0.2], "A box that falls and collides"),
+      shape("sphere", "sphere", [0.2, 0.2, 0.2], "A ball that rolls"),
+      shape("cylinder", "cylinder", [0.2, 0.2, 0.3], "A cylinder that stands upright"),
+      shape("capsule", "capsule", [0.2, 0.2, 0.4], "A cylinder with round ends"),
+      { ...shape("plane", "plane", [4, 4, 0.001], "An endless floor that does not move", false), toml: object("plane", 'kind = "shape"\nprimitive = "plane"\nrespondable = true'), lift: 0 },
+      shape("wall", "box", [2, 0.1, 0.6], "A wall that does not move", false),
+    ],
+  },
+  {
+    name: "Joints",
+    items: [
+      thing("revolute", "Turns about its z axis; attach a shape to it", 'kind = "joint"\ntype = "revolute"', { attach: true }),
+      thing("prismatic", "Slides along its z axis; attach a shape to it", 'kind = "joint"\ntype = "prismatic"\nlimits_m = [-0.5, 0.5]', { attach: true }),
+    ],
+  },
+  {
+    name: "Others",
+    items: [
+      thing("dummy", "A frame: a place with an orientation", 'kind = "dummy"'),
+      thing("light", "A light for pictures", 'kind = "light"', { lift: 2 }),
+      thing("camera", "A view of the scene for pictures", 'kind = "camera"', { lift: 1 }),
+      thing("graph", "Records numbers over time", 'kind = "graph"'),
+    ],
+  },
+];
+
+/**
+ * Kinds of devices, as `tatu.kinds` lists them.
+ * @param {{ object: string, id: string, text: string }[]} kinds
+ * @returns {Section[]}
+ */
+export function devices(kinds) {
+  const of = (/** @type {string} */ what) => kinds.filter((k) => k.object === what).map((k) => (
+    thing(k.id, k.text, `kind = "${what}"\n${what} = "${k.id}"`, { attach: true })
+  ));
+  return [{ name: "Sensors", items: of("sensor") }, { name: "Actuators", items: of("actuator") }].filter((s) => s.items.length);
+}
+
+/**
+ * Models, as `tatu.models` lists them.
+ * @param {{ id: string, text: string }[]} models
+ * @returns {Section}
+ */
+export function models(models) {
+  const items = models.map(({ id, text }) => ({ ...thing(id, text, ""), model: id, form: "box", size: /** @type {[number, number, number]} */ ([0.4, 0.4, 0.01]) }));
+  return { name: "Models", items };
+}

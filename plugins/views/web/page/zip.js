@@ -1,0 +1,86 @@
+// @ts-check
+// Reading zip archives, as far as they store or deflate their files. Nothing here needs a page.
+
+const END = 0x06054b50;
+const ENTRY = 0x02014b50;
+/** Longest comment after the end record. */
+const MOST_COMMENT = 0xffff;
+/** Most bytes of one file, and of all. */
+const MOST = 64 << 20;
+const MOST_TOGETHER = 256 << 20;
+
+/** @typedef {{ name: string, bytes: Uint8Array<ArrayBuffer> }} Unpacked */
+
+/**
+ * Unpacks at most `most` bytes.
+ * @param {Uint8Array<ArrayBuffer>} packed
+ * @param {number} most
+ */
+async function inflate(packed, most) {
+  const stream = new Blob([packed]).stream().pipeThrough(new DecompressionStream("deflate-raw"));
+  /** @type {Uint8Array[]} */
+  const parts = [];
+  let length = 0;
+  const reader = stream.getReader();
+  for (;;) {
+    const { done, value } = await reader.read();
+    if (done) break;
+    length += value.length;
+    // What an archive says of the size is not to be trusted.
+    if (length > most) throw { error: "a file of the archive is larger than it says" };
+    parts.push(value);
+  }
+  const bytes = new Uint8Array(length);
+  let at = 0;
+  for (const part of parts) {
+    bytes.set(part, at);
+    at += part.length;
+  }
+  return bytes;
+}
+
+/**
+ * The files of an archive.
+ * @param {ArrayBuffer} buffer
+ * @param {(name: string) => boolean} [wanted]
+ * @returns {Promise<Unpacked[]>}
+ */
+export async function unzip(buffer, wanted = () => true) {
+  const view = new DataView(buffer);
+  const damaged = { error: "the zip archive is damaged: expected a list of files at its end" };
+  let end = buffer.byteLength - 22;
+  while (end >= 0 && view.getUint32(end, true) !== END) {
+    if (buffer.byteLength - end > MOST_COMMENT + 22) throw damaged;
+    end--;
+  }
+  if (end < 0) throw damaged;
+  /** @type {Unpacked[]} */
+  const files = [];
+  let left = MOST_TOGETHER;
+  try {
+    const count = view.getUint16(end + 10, true);
+    let at = view.getUint32(end + 16, true);
+    for (let n = 0; n < count; n++) {
+      if (view.getUint32(at, true) !== ENTRY) throw damaged;
+      const [flags, method] = [view.getUint16(at + 8, true), view.getUint16(at + 10, true)];
+      const [packed, size] = [view.getUint32(at + 20, true), view.getUint32(at + 24, true)];
+      const [nameLength, extra, comment] = [view.getUint16(at + 28, true), view.getUint16(at + 30, true), view.getUint16(at + 32, true)];
+      const name = new TextDecoder().decode(new Uint8Array(buffer, at + 46, nameLength)).replaceAll("\\", "/");
+      const local = view.getUint32(at + 42, true);
+      at += 46 + nameLength + extra + comment;
+      if (name.endsWith("/") || !wanted(name)) continue;
+      if (flags & 1) throw { error: `\`${name}\` of the archive is encrypted`, help: "pack it without a password" };
+      if (size > Math.min(MOST, left)) throw { error: `\`${name}\` of the archive is too large: expected at most 64 MiB, and 256 MiB for all files` };
+      left -= size;
+      const start = local + 30 + view.getUint16(local + 26, true) + view.getUint16(local + 28, true);
+      const data = new Uint8Array(buffer, start, packed);
+      if (method === 0) files.push({ name, bytes: data.slice() });
+      else if (method === 8) files.push({ name, bytes: await inflate(data, size) });
+      else throw { error: `\`${name}\` of the archive is packed in an unknown way (${method})`, help: "pack it with deflate, as most programs do" };
+    }
+  } catch (thrown) {
+    // Positions outside of the archive.
+    throw thrown instanceof RangeError || thrown instanceof TypeError ? damaged : thrown;
+  }
+  return files;
+}

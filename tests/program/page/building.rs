@@ -1,0 +1,191 @@
+//! Tests of building a scene by the mouse and keys, in a browser.
+
+use super::drive::Shown;
+use crate::kit::*;
+
+const FLOOR: &str = "[[object]]\nkind = \"shape\"\nalias = \"floor\"\nprimitive = \"plane\"\nrespondable = true\n";
+
+fn block(alias: &str, x: f64) -> String {
+    format!(
+        "[[object]]\nkind = \"shape\"\nalias = \"{alias}\"\nsize_m = [0.4, 0.4, 0.4]\nposition_m = [{x:.1}, 0.0, 0.2]\n"
+    )
+}
+
+/// Two blocks on a floor.
+fn blocks() -> Shown {
+    let mut shown = Shown::new(&format!("{FLOOR}{}{}", block("left", -0.5), block("right", 0.5)));
+    shown.until("of('left') && of('right') && view.drawn > 1");
+    shown
+}
+
+#[test]
+#[cfg_attr(no_browser, ignore = "needs Chromium, and npm at the build")]
+fn a_new_scene_is_built_by_drags_and_clicks_and_saved() {
+    let place = Place::new();
+    place.write("scenes/.keep", "");
+    let mut shown = Shown::of(place, &["open", "--no-browser"]);
+    shown.page.until("document.getElementById('dialog').open");
+    shown.page.key("Escape", 27);
+    shown.page.until("!document.getElementById('dialog').open");
+    shown.page.click_on("#new");
+    shown.until("of('floor') !== undefined && store.scene.file.endsWith('untitled.toml') && view.drawn > 1");
+    // An entry is dragged into the view, where it stands on the floor.
+    shown.page.click_on("#add");
+    shown.page.until("document.querySelectorAll('#items .entry').length > 20");
+    for kind in ["box", "wall", "revolute", "proximity", "dummy", "pioneer_p3dx"] {
+        shown.page.until(&format!("document.querySelector('#items [data-item={kind}]') !== null"));
+    }
+    let entry = shown.page.middle("#items [data-item=box]");
+    let view = shown.page.middle("#view");
+    shown.page.drag(entry, view, false);
+    shown.page.mouse("mouseReleased", view, 1, false);
+    shown.until("of('box') !== undefined && store.selected() === of('box').id");
+    shown.until("get('box', 'object.position').then((p) => Math.abs(p[2] - 0.1) < 1e-3)");
+    shown.until("get('box', 'shape.dynamic')");
+    // Another one is clicked, and stands on the box that it is placed on by a click; a third one is given up.
+    shown.page.click_on("#items [data-item=sphere]");
+    shown.page.key("Escape", 27);
+    shown.page.click_at(view, 1);
+    shown.page.click_on("#items [data-item=cylinder]");
+    let top = shown.pixel("box", [0.0, 0.0, 0.1]);
+    shown.page.click_at(top, 1);
+    shown.until("of('cylinder') !== undefined && of('sphere') === undefined");
+    shown.until("get('cylinder', 'object.position').then((p) => Math.abs(p[2] - 0.35) < 2e-3)");
+    // By keys: at the middle of the view.
+    shown.page.js("(() => { const s = document.getElementById('find-item'); s.value = 'pioneer_p3dx'; s.oninput(); document.querySelector('#items [data-item=pioneer_p3dx]').focus(); })()");
+    shown.page.key_event("keyDown", "Enter", 13, 0);
+    shown.page.key_event("char", "\r", 13, 0);
+    shown.page.key_event("keyUp", "Enter", 13, 0);
+    shown.until("of('Pioneer_p3dx') !== undefined && store.selected() === of('Pioneer_p3dx').id");
+    shown.page.until("document.getElementById('undo').title === 'Undo Add pioneer_p3dx (Ctrl+Z)'");
+    // A new scene asks for its name.
+    shown.page.js("document.getElementById('view').focus()");
+    shown.ctrl("s", 83);
+    shown.page.until("document.querySelector('dialog.question input') !== null");
+    shown.page.js("document.querySelector('dialog.question input').select()");
+    shown.page.enter("scenes/built.toml");
+    shown.answer("Save");
+    shown.page.until(
+        "document.getElementById('unsaved').hidden && document.getElementById('name').textContent === 'built.toml'",
+    );
+    shown.page.until("document.getElementById('output').textContent.includes('Saved scenes/built.toml')");
+    let text = std::fs::read_to_string(shown.folder().join("scenes/built.toml")).unwrap();
+    assert!(text.contains("alias = \"box\"") && text.contains("pioneer_p3dx"), "{text}");
+    shown.end();
+}
+
+#[test]
+#[cfg_attr(no_browser, ignore = "needs Chromium, and npm at the build")]
+fn twenty_edits_are_undone_and_done_again() {
+    let mut shown = blocks();
+    let at = shown.pixel("left", [0.0, 0.0, 0.2]);
+    shown.page.click_at(at, 1);
+    shown.until("store.selected() === of('left').id");
+    // Deleted, brought back, copied, and copied again: twenty edits.
+    shown.page.key("Delete", 46);
+    shown.until("of('left') === undefined");
+    shown.ctrl("z", 90);
+    shown.until("of('left') !== undefined");
+    shown.page.click_at(at, 1);
+    shown.until("store.selected() === of('left').id");
+    let count =
+        |n: usize| format!("[...store.scene.objects.values()].filter((o) => o.alias === 'left').length === {n}");
+    for n in 2..=21 {
+        shown.ctrl("d", 68);
+        shown.until(&format!("{} && store.selected() !== of('left').id", count(n)));
+    }
+    for n in (1..=20).rev() {
+        shown.ctrl("z", 90);
+        shown.until(&count(n));
+    }
+    shown.until("document.getElementById('unsaved').hidden && document.getElementById('undo').disabled");
+    for n in 2..=21 {
+        shown.ctrl("y", 89);
+        shown.until(&count(n));
+    }
+    shown.until("!document.getElementById('unsaved').hidden && document.getElementById('redo').disabled");
+    // While it runs, nothing is undone, and the button says why.
+    shown.page.click_on("#play");
+    shown.page.until("document.getElementById('undo').title.includes('not while the simulation runs')");
+    assert_eq!(shown.page.js("document.getElementById('undo').disabled"), true);
+    shown.page.click_on("#stop");
+    shown.page.until("!document.getElementById('undo').disabled");
+    shown.end();
+}
+
+#[test]
+#[cfg_attr(no_browser, ignore = "needs Chromium, and npm at the build")]
+fn objects_are_copied_renamed_and_attached() {
+    let mut shown = blocks();
+    let at = shown.pixel("left", [0.0, 0.0, 0.2]);
+    shown.page.click_at(at, 1);
+    shown.until("store.selected() === of('left').id");
+    // Pasted where the pointer is on the ground.
+    shown.ctrl("c", 67);
+    let there = shown.pixel("floor", [0.0, -1.0, 0.0]);
+    shown.page.mouse("mouseMoved", there, 0, false);
+    shown.ctrl("v", 86);
+    shown.until("store.selected() !== of('left').id && store.scene.objects.get(store.selected())?.alias === 'left'");
+    shown.until("(async () => { const [p] = await net.call('tatu.get', store.selected(), 'object.position'); return Math.abs(p[0]) < 0.02 && Math.abs(p[1] + 1) < 0.02 && Math.abs(p[2] - 0.2) < 1e-6; })()");
+    // Renamed in the tree.
+    shown.page.key("F2", 113);
+    shown.page.until("document.querySelector('#tree input') !== null");
+    shown.page.enter("mug");
+    shown.page.key("Enter", 13);
+    shown.until("of('mug') !== undefined");
+    shown.page.until("document.getElementById('undo').title === 'Undo Rename left to mug (Ctrl+Z)'");
+    // Attached by a drag in the tree, where it is, and to the world again.
+    let (mug, right) = (shown.row("mug"), shown.row("right"));
+    let (from, to) = (shown.page.middle(&mug), shown.page.middle(&right));
+    shown.page.drag(from, to, false);
+    shown.page.mouse("mouseReleased", to, 1, false);
+    shown.until("of('mug').parent === of('right').id");
+    shown.until("get('mug', 'object.world_pose').then((p) => Math.abs(p[0]) < 0.02 && Math.abs(p[1] + 1) < 0.02)");
+    let from = shown.page.middle(&mug);
+    let empty = shown.page.js("(() => { const b = document.getElementById('tree').getBoundingClientRect(); return [b.left + 40, b.bottom - 20]; })()");
+    let empty = [0, 1].map(|i| empty[i].as_f64().unwrap());
+    shown.page.drag(from, empty, false);
+    shown.page.mouse("mouseReleased", empty, 1, false);
+    shown.until("of('mug').parent === 0");
+    // A box around all three, which are then aligned.
+    let (a, b) = (shown.pixel("floor", [-1.5, -2.0, 0.0]), shown.pixel("floor", [1.5, 2.0, 0.0]));
+    shown.page.drag(a, b, true);
+    shown.page.mouse("mouseReleased", b, 1, true);
+    shown.until("store.selection().length === 3 && !store.selection().includes(of('floor').id)");
+    shown.page.js("(() => { document.querySelector('#arrange select').value = 'y'; })()");
+    shown.page.click_on("#align-middle");
+    shown.until("Promise.all(['left', 'mug', 'right'].map((a) => get(a, 'object.position'))).then((all) => all.every((p) => Math.abs(p[1] - all[0][1]) < 1e-5))");
+    shown.page.key("Delete", 46);
+    shown.until("of('mug') === undefined && of('left') === undefined && of('right') === undefined");
+    shown.end();
+}
+
+#[test]
+#[cfg_attr(no_browser, ignore = "needs Chromium, and npm at the build")]
+fn a_click_selects_the_model_and_a_second_one_its_part() {
+    let mut shown = Shown::new(&format!("{FLOOR}[[model]]\nmodel = \"pioneer_p3dx\"\n"));
+    shown.until("of('Pioneer_p3dx') && view.drawn > 1");
+    let wheel = "[...store.scene.objects.values()].find((o) => o.alias === 'Pioneer_p3dx_rightWheel').alias";
+    let alias = shown.ask(wheel).as_str().unwrap().to_owned();
+    let at = shown.pixel(&alias, [0.0, 0.0, 0.0]);
+    shown.page.click_at(at, 1);
+    shown.until("store.selected() === of('Pioneer_p3dx').id");
+    shown.page.click_at(at, 1);
+    shown.until("store.selected() !== of('Pioneer_p3dx').id && store.selected() !== 0");
+    shown.page.key("Escape", 27);
+    shown.until("store.selected() === of('Pioneer_p3dx').id");
+    shown.page.key("Escape", 27);
+    shown.until("store.selected() === 0");
+    // The menu of the tree adds a script, and takes it back.
+    let row = shown.row("floor");
+    let at = shown.page.middle(&row);
+    shown.page.click_at(at, 1);
+    shown.page.js(&format!("document.querySelector({row:?}).dispatchEvent(new MouseEvent('contextmenu', {{ bubbles: true, clientX: {}, clientY: {} }}))", at[0], at[1]));
+    shown.page.until("document.querySelector('.menu') !== null");
+    shown.page.js("[...document.querySelectorAll('.menu button')].find((b) => b.textContent.includes('Add script')).id = 'add-script'");
+    shown.page.click_on("#add-script");
+    shown.until("(of('floor').scripts ?? []).length === 1");
+    shown.ctrl("z", 90);
+    shown.until("(of('floor').scripts ?? []).length === 0");
+    shown.end();
+}
