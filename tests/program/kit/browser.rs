@@ -182,6 +182,16 @@ impl Page {
         }
     }
 
+    /// Presses Enter as a person does: buttons react to it.
+    pub fn press_enter(&mut self) {
+        let key = json!({ "key": "Enter", "code": "Enter", "windowsVirtualKeyCode": 13, "text": "\r" });
+        for kind in ["keyDown", "keyUp"] {
+            let mut params = key.clone();
+            params["type"] = kind.into();
+            self.send("Input.dispatchKeyEvent", params);
+        }
+    }
+
     /// Chooses files in a field for files.
     pub fn choose_files(&mut self, selector: &str, files: &[PathBuf]) {
         let found =

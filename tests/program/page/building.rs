@@ -53,9 +53,7 @@ fn a_new_scene_is_built_by_drags_and_clicks_and_saved() {
     shown.until("get('cylinder', 'object.position').then((p) => Math.abs(p[2] - 0.35) < 2e-3)");
     // By keys: at the middle of the view.
     shown.page.js("(() => { const s = document.getElementById('find-item'); s.value = 'pioneer_p3dx'; s.oninput(); document.querySelector('#items [data-item=pioneer_p3dx]').focus(); })()");
-    shown.page.key_event("keyDown", "Enter", 13, 0);
-    shown.page.key_event("char", "\r", 13, 0);
-    shown.page.key_event("keyUp", "Enter", 13, 0);
+    shown.page.press_enter();
     shown.until("of('Pioneer_p3dx') !== undefined && store.selected() === of('Pioneer_p3dx').id");
     shown.page.until("document.getElementById('undo').title === 'Undo Add pioneer_p3dx (Ctrl+Z)'");
     // A new scene asks for its name.
@@ -122,11 +120,11 @@ fn objects_are_copied_renamed_and_attached() {
     shown.until("store.selected() === of('left').id");
     // Pasted where the pointer is on the ground.
     shown.ctrl("c", 67);
-    let there = shown.pixel("floor", [0.0, -1.0, 0.0]);
+    let there = shown.pixel("floor", [-0.2, 0.8, 0.0]);
     shown.page.mouse("mouseMoved", there, 0, false);
     shown.ctrl("v", 86);
     shown.until("store.selected() !== of('left').id && store.scene.objects.get(store.selected())?.alias === 'left'");
-    shown.until("(async () => { const [p] = await net.call('tatu.get', store.selected(), 'object.position'); return Math.abs(p[0]) < 0.02 && Math.abs(p[1] + 1) < 0.02 && Math.abs(p[2] - 0.2) < 1e-6; })()");
+    shown.until("(async () => { const [p] = await net.call('tatu.get', store.selected(), 'object.position'); return Math.abs(p[0] + 0.2) < 0.02 && Math.abs(p[1] - 0.8) < 0.02 && Math.abs(p[2] - 0.2) < 1e-6; })()");
     // Renamed in the tree.
     shown.page.key("F2", 113);
     shown.page.until("document.querySelector('#tree input') !== null");
@@ -140,7 +138,9 @@ fn objects_are_copied_renamed_and_attached() {
     shown.page.drag(from, to, false);
     shown.page.mouse("mouseReleased", to, 1, false);
     shown.until("of('mug').parent === of('right').id");
-    shown.until("get('mug', 'object.world_pose').then((p) => Math.abs(p[0]) < 0.02 && Math.abs(p[1] + 1) < 0.02)");
+    shown.until(
+        "get('mug', 'object.world_pose').then((p) => Math.abs(p[0] + 0.2) < 0.02 && Math.abs(p[1] - 0.8) < 0.02)",
+    );
     let from = shown.page.middle(&mug);
     let empty = shown.page.js("(() => { const b = document.getElementById('tree').getBoundingClientRect(); return [b.left + 40, b.bottom - 20]; })()");
     let empty = [0, 1].map(|i| empty[i].as_f64().unwrap());
@@ -148,7 +148,10 @@ fn objects_are_copied_renamed_and_attached() {
     shown.page.mouse("mouseReleased", empty, 1, false);
     shown.until("of('mug').parent === 0");
     // A box around all three, which are then aligned.
-    let (a, b) = (shown.pixel("floor", [-1.5, -2.0, 0.0]), shown.pixel("floor", [1.5, 2.0, 0.0]));
+    let corners = shown.page.js("(() => { const b = document.getElementById('view').getBoundingClientRect(); \
+         return [b.left + 5, b.top + 60, b.right - 5, b.bottom - 5]; })()");
+    let [x, y, right, bottom] = [0, 1, 2, 3].map(|i| corners[i].as_f64().unwrap());
+    let (a, b) = ([x, y], [right, bottom]);
     shown.page.drag(a, b, true);
     shown.page.mouse("mouseReleased", b, 1, true);
     shown.until("store.selection().length === 3 && !store.selection().includes(of('floor').id)");

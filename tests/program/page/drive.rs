@@ -37,9 +37,11 @@ impl Shown {
         self.page.until(&asking(expression));
     }
     /// Returns where a point is on the page, given in the frame of an object.
+    // The camera moves to a new scene in the frame after it.
     pub fn pixel(&mut self, alias: &str, point: [f64; 3]) -> [f64; 2] {
         let found = self.ask(&format!(
-            "(() => {{ const g = objects.groups.get(of({alias:?}).id); g.updateWorldMatrix(true, false); \
+            "(async () => {{ const frame = () => new Promise(requestAnimationFrame); await frame(); await frame(); \
+             const g = objects.groups.get(of({alias:?}).id); g.updateWorldMatrix(true, false); \
              view.camera.updateMatrixWorld(); \
              const p = g.localToWorld(new three.Vector3(...{point:?})).project(view.camera); \
              const b = view.renderer.domElement.getBoundingClientRect(); \

@@ -38,6 +38,7 @@ fn the_editor_saves_marks_errors_and_follows_other_clients() {
     shown.until(&format!("{source}.then((t) => t === 'x = 3')"));
     shown.until(&format!("({text}) === 'x = 12 = ='"));
     shown.page.click_on("#script-close");
+    shown.answer("Discard");
     let at = shown.page.middle(&row);
     shown.page.click_at(at, 2);
     shown.until(&format!("({text}) === 'x = 3'"));

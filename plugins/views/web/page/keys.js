@@ -10,8 +10,10 @@ const NAMES = {
   PageUp: "pageup", PageDown: "pagedown", Home: "home", End: "end", Delete: "delete", Backspace: "backspace", Tab: "",
 };
 
-get("view").addEventListener("keydown", (e) => {
-  if (e.ctrlKey || e.metaKey || e.altKey) return;
+const view = get("view");
+view.addEventListener("keydown", (e) => {
+  // Keys of windows in the view are their own.
+  if (e.target !== view || e.ctrlKey || e.metaKey || e.altKey) return;
   const key = NAMES[e.key] ?? (e.key.length === 1 ? e.key : "");
   if (!key) return;
   send({ type: "key", key });
