@@ -84,7 +84,8 @@ search.oninput = () => {
   for (const own of list.querySelectorAll("details")) {
     let some = false;
     for (const b of own.querySelectorAll("button")) {
-      b.hidden = !words.every((word) => (b.textContent ?? "").toLowerCase().includes(word));
+      const name = `${b.dataset.item} ${b.textContent}`.toLowerCase();
+      b.hidden = !words.every((word) => name.includes(word));
       some ||= !b.hidden;
     }
     own.hidden = !some;
