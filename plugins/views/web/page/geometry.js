@@ -66,6 +66,182 @@ function tidy([x, y, z]) {
   return [one(x), one(y), one(z)];
 }
 
+/** @typedef {[number, number, number, number, number, number, number]} Pose position, then x y z w */
+
+/** @type {Pose} */
+export const STILL = [0, 0, 0, 0, 0, 0, 1];
+
+/**
+ * @param {Pose} pose
+ * @returns {Vec3}
+ */
+export function positionOf([x, y, z]) {
+  return [x, y, z];
+}
+
+/**
+ * @param {Pose} pose
+ * @returns {Quat}
+ */
+export function rotationOf([, , , x, y, z, w]) {
+  return [x, y, z, w];
+}
+
+/**
+ * The product of two rotations; the second one acts first.
+ * @param {Quat} a
+ * @param {Quat} b
+ * @returns {Quat}
+ */
+export function multiply([x, y, z, w], [a, b, c, d]) {
+  return [w * a + x * d + y * c - z * b, w * b - x * c + y * d + z * a, w * c + x * b - y * a + z * d, w * d - x * a - y * b - z * c];
+}
+
+/**
+ * @param {Quat} q of length 1
+ * @returns {Quat}
+ */
+export function conjugate([x, y, z, w]) {
+  return [-x + 0, -y + 0, -z + 0, w];
+}
+
+/**
+ * @param {Quat} q of length 1
+ * @param {Vec3} v
+ * @returns {Vec3}
+ */
+export function rotate([x, y, z, w], [a, b, c]) {
+  const [tx, ty, tz] = [2 * (y * c - z * b), 2 * (z * a - x * c), 2 * (x * b - y * a)];
+  return [a + w * tx + y * tz - z * ty, b + w * ty + z * tx - x * tz, c + w * tz + x * ty - y * tx];
+}
+
+/**
+ * @param {Vec3} a
+ * @param {Vec3} b
+ * @returns {Vec3}
+ */
+export function plus([a, b, c], [x, y, z]) {
+  return [a + x, b + y, c + z];
+}
+
+/**
+ * @param {Vec3} a
+ * @param {Vec3} b
+ * @returns {Vec3}
+ */
+export function minus([a, b, c], [x, y, z]) {
+  return [a - x, b - y, c - z];
+}
+
+/**
+ * @param {Vec3} a
+ * @param {Vec3} b
+ */
+export function dot([a, b, c], [x, y, z]) {
+  return a * x + b * y + c * z;
+}
+
+/**
+ * A pose given in the frame of another one, in the frame of that one.
+ * @param {Pose} outer
+ * @param {Pose} inner
+ * @returns {Pose}
+ */
+export function compose(outer, inner) {
+  const q = rotationOf(outer);
+  return [...plus(positionOf(outer), rotate(q, positionOf(inner))), ...multiply(q, rotationOf(inner))];
+}
+
+/**
+ * @param {Pose} pose
+ * @returns {Pose}
+ */
+export function inverse(pose) {
+  const q = conjugate(rotationOf(pose));
+  return [...rotate(q, minus([0, 0, 0], positionOf(pose))), ...q];
+}
+
+/** @typedef {"world" | "parent" | "own"} Frame whose axes are meant */
+
+/**
+ * The pose in the world of the frame whose axes are meant.
+ * @param {Frame} frame
+ * @param {{ world: Pose, local: Pose }} of the pose of an object in the world, and in the frame of its parent
+ * @returns {Pose}
+ */
+export function frameOf(frame, { world, local }) {
+  if (frame === "world") return STILL;
+  return frame === "own" ? world : compose(world, inverse(local));
+}
+
+/**
+ * The motion of the world that shifts everything along the axes of a frame.
+ * @param {Pose} frame
+ * @param {Vec3} by
+ * @returns {Pose}
+ */
+export function shift(frame, by) {
+  return [...rotate(rotationOf(frame), by), 0, 0, 0, 1];
+}
+
+/**
+ * The motion of the world that turns everything about a point, by a rotation that is given in a frame.
+ * @param {Pose} frame
+ * @param {Quat} by
+ * @param {Vec3} about in the world
+ * @returns {Pose}
+ */
+export function spin(frame, by, about) {
+  const q = multiply(multiply(rotationOf(frame), by), conjugate(rotationOf(frame)));
+  return [...minus(about, rotate(q, about)), ...q];
+}
+
+/**
+ * The pose of an object in the frame of its parent after a motion of the world.
+ * @param {Pose} motion
+ * @param {{ world: Pose, local: Pose }} from
+ * @returns {Pose}
+ */
+export function moved(motion, { world, local }) {
+  const [x, y, z, ...q] = compose(compose(local, inverse(world)), compose(motion, world));
+  const length = Math.hypot(...q) || 1;
+  // Without the last digits: what is put at 0.6 is at 0.6.
+  const one = (/** @type {number} */ a) => Math.round(a * 1e12) / 1e12 + 0;
+  const [a, b, c, d] = q;
+  return [one(x), one(y), one(z), one(a / length), one(b / length), one(c / length), one(d / length)];
+}
+
+/**
+ * A rotation about one axis.
+ * @param {number} axis 0 to 2
+ * @param {number} degrees
+ */
+export function about(axis, degrees) {
+  /** @type {Vec3} */
+  const angles = [0, 0, 0];
+  angles[axis] = degrees;
+  return fromDegrees(angles);
+}
+
+/** @typedef {{ axis: number, sign: number }} Way along an axis, ahead or back */
+
+/**
+ * The horizontal axes of a frame that are nearest to what is across and away on the screen.
+ * @param {Quat} frame the rotation of the frame in the world
+ * @param {Vec3} right what is to the right on the screen
+ * @param {Vec3} away what is up on the screen or farther away
+ * @returns {{ across: Way, ahead: Way }}
+ */
+export function screenAxes(frame, right, away) {
+  const [x, y] = [rotate(frame, [1, 0, 0]), rotate(frame, [0, 1, 0])];
+  const across = Math.abs(dot(x, right)) >= Math.abs(dot(y, right)) ? 0 : 1;
+  const sign = (/** @type {Vec3} */ axis, /** @type {Vec3} */ way) => (dot(axis, way) < 0 ? -1 : 1);
+  return {
+    across: { axis: across, sign: sign(across ? y : x, right) },
+    ahead: { axis: 1 - across, sign: sign(across ? x : y, away) },
+  };
+}
+
 /**
  * A scan as triangles from the sensor to neighbouring beams. Beams come layer after layer, each in the order of its
  * angles, so a layer ends where the angle jumps back; layers are not joined.

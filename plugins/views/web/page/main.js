@@ -20,6 +20,8 @@ import "tatu/palette";
 import "tatu/treeing";
 import "tatu/arrange";
 import "tatu/moving";
+import "tatu/nudging";
+import "tatu/typing";
 import "tatu/snap";
 import "tatu/pushing";
 import "tatu/sensing";

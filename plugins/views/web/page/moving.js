@@ -1,58 +1,159 @@
 // @ts-check
 // Moving and turning what is selected, by arrows and rings in the view.
 
+import * as THREE from "three";
 import { TransformControls } from "three/gizmo";
-import { failure, newest } from "tatu/calls";
+import { failure } from "tatu/calls";
+import { Carry, carried } from "tatu/carrying";
 import { get } from "tatu/dom";
-import { edit, named } from "tatu/edits";
+import { compose, frameOf, inverse, positionOf, shift, spin } from "tatu/geometry";
+import { on } from "tatu/net";
 import { groups } from "tatu/objects";
+import { line } from "tatu/output";
+import { angleStep, lengthStep, watchSnap } from "tatu/snap";
 import { rights, selected, watch } from "tatu/store";
 import { camera, controls, redraw, renderer, stage } from "tatu/view";
-import { line } from "tatu/output";
 
+/** @import { Frame, Pose, Quat, Vec3 } from "tatu/geometry" */
+/** @typedef {"translate" | "rotate"} Mode */
+
+/** What moving does: "" is nothing; whose axes are meant; the only axis that is free, -1: all are. */
+export const how = {
+  mode: /** @type {Mode | ""} */ (""),
+  frame: /** @type {Frame} */ ("world"),
+  only: -1,
+};
+/** What edits are called. */
+export const VERB = { translate: "Move", rotate: "Turn" };
+
+/** @type {(() => void)[]} */
+const watchers = [];
+/**
+ * Calls `f` when `how` or what is moved changes.
+ * @param {() => void} f
+ */
+export function watchHow(f) {
+  watchers.push(f);
+}
+
+/** @param {Partial<typeof how>} change */
+export function setHow(change) {
+  Object.assign(how, change);
+  hold();
+}
+
+/** The object whose axes are meant, if something is being moved; else 0. */
+export function pivot() {
+  return how.mode && rights.acts && groups.has(selected()) ? selected() : 0;
+}
+
+/** @param {unknown} thrown */
+export function report(thrown) {
+  const { error, help } = failure(thrown);
+  line("Status", help ? `${error}; ${help}` : error, "error");
+}
+
+// The gizmo hangs on a handle in the chosen frame, since it knows no frame of a parent.
+const anchor = new THREE.Group();
+const handle = new THREE.Object3D();
+anchor.add(handle);
 const gizmo = new TransformControls(camera, renderer.domElement);
 gizmo.setSpace("local");
-stage.add(gizmo.getHelper());
-/** @typedef {"translate" | "rotate"} Mode */
+stage.add(anchor, gizmo.getHelper());
 /** @type {[Mode, HTMLElement][]} */
 const buttons = [["translate", get("move")], ["rotate", get("turn")]];
-/** @type {Mode | ""} */
-let mode = "";
+
+/**
+ * What the mouse drags, and where the handle was when it began. Exact poses come a moment later.
+ * @type {{ mode: Mode, start: Vec3, carry: Promise<Carry> } | null}
+ */
+let drag = null;
+
+/** @param {THREE.Object3D} object @returns {Pose} */
+function worldPose(object) {
+  object.updateWorldMatrix(true, false);
+  const [p, q] = [new THREE.Vector3(), new THREE.Quaternion()];
+  object.matrixWorld.decompose(p, q, new THREE.Vector3());
+  return [p.x, p.y, p.z, q.x, q.y, q.z, q.w];
+}
+
+/** @param {THREE.Object3D} object @param {Pose} pose */
+function place(object, pose) {
+  object.position.fromArray(pose);
+  object.quaternion.fromArray(pose, 3);
+}
+
+/** Puts the handle to what is selected. */
+function settle() {
+  const group = groups.get(pivot());
+  if (!group || drag) return;
+  const world = worldPose(group);
+  const parent = group.parent ? worldPose(group.parent) : null;
+  const frame = frameOf(how.frame, { world, local: parent ? compose(inverse(parent), world) : world });
+  place(anchor, frame);
+  place(handle, [...positionOf(compose(inverse(frame), world)), 0, 0, 0, 1]);
+}
 
 function hold() {
-  const group = groups.get(selected());
-  if (mode && group && rights.acts) {
+  const { mode, only } = how;
+  if (mode && pivot()) {
+    settle();
     gizmo.setMode(mode);
-    gizmo.attach(group);
+    gizmo.attach(handle);
+    for (const [i, key] of /** @type {const} */ (["showX", "showY", "showZ"]).entries()) gizmo[key] = only < 0 || only === i;
+    gizmo.translationSnap = lengthStep() || null;
+    gizmo.rotationSnap = angleStep() || null;
   } else gizmo.detach();
   for (const [m, b] of buttons) b.setAttribute("aria-pressed", String(m === mode));
+  for (const f of watchers) f();
   redraw();
 }
 
-for (const [m, b] of buttons) {
-  b.onclick = () => { mode = mode === m ? "" : m; hold(); };
-}
+for (const [m, b] of buttons) b.onclick = () => setHow({ mode: how.mode === m ? "" : m, only: -1 });
 watch("selected", hold);
 watch("scene", hold);
-/** The number of the drag: what it changes is undone together. */
-let drag = Date.now();
+watchSnap(hold);
+on("hello", hold);
+on("frame", settle);
+gizmo.addEventListener("change", redraw);
 gizmo.addEventListener("dragging-changed", (e) => {
   controls.enabled = !e.value;
-  drag++;
-});
-gizmo.addEventListener("change", redraw);
-
-/** The newest pose, and whose it is: a drag may end on one object while a pose of it is still on the way. */
-const move = newest(async (/** @type {{ id: number, pose: number[] }} */ { id, pose }) => {
-  try {
-    await edit(`Move ${named([id])}`, [["tatu.set", id, "object.pose", pose]], String(drag));
-  } catch (e) {
-    line("Status", failure(e).error, "error");
+  if (e.value && how.mode) {
+    const { x, y, z } = handle.position;
+    drag = { mode: how.mode, start: [x, y, z], carry: Carry.take(VERB[how.mode], carried()) };
+    drag.carry.catch(report);
+  } else {
+    drag = null;
+    settle();
   }
 });
+
+/**
+ * How far the handle was dragged along the axes of its frame. On a grid, it is the object that comes to lie there.
+ * @param {Vec3} start of the handle
+ * @param {Vec3} exact where the object was
+ * @returns {Vec3}
+ */
+function dragged(start, exact) {
+  const now = handle.position.toArray();
+  const by = (/** @type {0 | 1 | 2} */ i) => {
+    if (Math.abs(now[i] - start[i]) < 1e-9) return 0;
+    return now[i] - (lengthStep() ? exact[i] : start[i]);
+  };
+  return [by(0), by(1), by(2)];
+}
+
 gizmo.addEventListener("objectChange", () => {
-  const group = gizmo.object;
-  if (!group) return;
-  const q = group.quaternion.clone().normalize();
-  move({ id: group.userData.id, pose: [...group.position.toArray(), q.x, q.y, q.z, q.w] });
+  if (!drag) return;
+  const { mode, start, carry } = drag;
+  const [id, q] = [pivot(), handle.quaternion.clone().normalize()];
+  carry.then((c) => {
+    const of = c.from(id);
+    if (!of) return;
+    const frame = frameOf(how.frame, of);
+    /** @type {Quat} */
+    const turn = [q.x, q.y, q.z, q.w];
+    const exact = positionOf(compose(inverse(frame), of.world));
+    return c.put(mode === "translate" ? shift(frame, dragged(start, exact)) : spin(frame, turn, positionOf(of.world)));
+  }).catch(report);
 });

@@ -2,38 +2,97 @@
 // Pushing bodies: Shift and a drag pull what is under the pointer, as a spring would.
 
 import * as THREE from "three";
+import { get, make } from "tatu/dom";
 import { call, on } from "tatu/net";
 import { groups } from "tatu/objects";
 import { timeOf } from "tatu/parse";
+import { LEAST, MOST, grown, pull, turning } from "tatu/spring";
 import { rights, scene } from "tatu/store";
 import { camera, controls, hitAt, redraw, renderer, rayAt, stage } from "tatu/view";
 
-/** Spring and damper for each kg, in N/m and N s/m, and the largest force for each kg, in N. */
-const [SPRING, DAMPER, MOST] = [60, 10, 30];
-/** How much of the torque acts: with all of it what is seen late would spin. */
-const TURN = 0.3;
-const line = new THREE.Line(new THREE.BufferGeometry().setFromPoints([new THREE.Vector3(), new THREE.Vector3()]), new THREE.LineBasicMaterial({ color: 0xff7a00, depthTest: false }));
-line.visible = line.frustumCulled = false;
-stage.add(line);
+/** @import { Vec3 } from "tatu/geometry" */
 /** @import { ObjectGroup } from "tatu/crowd" */
 /**
- * What is held: the body and its mass, the point of it in its frame, where the pointer is, and where the point was.
- * @typedef {{ id: number, mass: number, group: ObjectGroup, plane: THREE.Plane, point: THREE.Vector3, goal: THREE.Vector3, before: { here: THREE.Vector3, time: number } | null }} Held
+ * What is held: the body, its mass with all that it carries, its centre of mass and the point in its frame, where the
+ * pointer is, what the force is bounded by, and where the point was.
+ * @typedef {{ id: number, mass: number, com: THREE.Vector3, group: ObjectGroup, plane: THREE.Plane, point: THREE.Vector3, goal: THREE.Vector3, bound: number, before: { here: THREE.Vector3, time: number } | null }} Held
  */
 /** @type {Held | null} */
 let held = null;
 /** The number of the drag: what is asked at its beginning may come when it has ended. */
 let drag = 0;
+/** Most steps for which the force of one step may stand. */
+const MOST_STEPS = 20;
+/** The arrow: its radius where it is thinnest and thickest, in parts of its distance from the camera, and its colors. */
+const [THIN, THICK] = [0.003, 0.009];
+const [WEAK, STRONG] = [new THREE.Color(0xffc400), new THREE.Color(0xe02000)];
+
+const material = new THREE.MeshBasicMaterial({ color: WEAK, depthTest: false, transparent: true, opacity: 0.85 });
+const shaft = new THREE.Mesh(new THREE.CylinderGeometry(1, 1, 1, 12).translate(0, 0.5, 0), material);
+const tip = new THREE.Mesh(new THREE.ConeGeometry(2.6, 6, 16).translate(0, -3, 0), material);
+const arrow = new THREE.Group();
+arrow.add(shaft, tip);
+arrow.visible = false;
+stage.add(arrow);
+const label = make("output", { className: "push", hidden: true });
+label.setAttribute("aria-label", "Force of the push");
+get("view").append(label);
+
+/** @param {THREE.Vector3} v @returns {Vec3} */
+const numbers = (v) => [v.x, v.y, v.z];
 
 /**
- * The body that carries an object, with the mass of all that moves as one.
+ * Draws the arrow from the body to the pointer.
+ * @param {Held} of
+ * @param {THREE.Vector3} here
+ * @param {number} force N
+ */
+function draw({ goal, mass }, here, force) {
+  const way = goal.clone().sub(here);
+  const part = Math.min(1, force / (MOST * mass));
+  const radius = camera.position.distanceTo(here) * (THIN + (THICK - THIN) * part);
+  arrow.position.copy(here);
+  arrow.quaternion.setFromUnitVectors(new THREE.Vector3(0, 1, 0), way.clone().normalize());
+  shaft.scale.set(radius, Math.max(1e-6, way.length() - 5 * radius), radius);
+  tip.position.y = way.length();
+  tip.scale.setScalar(radius);
+  material.color.lerpColors(WEAK, STRONG, part);
+  arrow.visible = way.length() > 1e-4;
+  const [at, box] = [goal.clone().project(camera), renderer.domElement];
+  label.style.left = `${((at.x + 1) / 2) * box.clientWidth + 14}px`;
+  label.style.top = `${((1 - at.y) / 2) * box.clientHeight + 10}px`;
+  label.textContent = `${force < 10 ? force.toFixed(1) : force.toFixed(0)} N`;
+  label.hidden = false;
+  redraw();
+}
+
+/**
+ * The mass of a body and of all bodies below it.
+ * @param {number} id
+ * @returns {Promise<number>}
+ */
+async function massOf(id) {
+  const isBelow = (/** @type {number} */ other) => {
+    for (let o = scene.objects.get(other); o; o = scene.objects.get(o.parent)) if (o.id === id) return true;
+    return false;
+  };
+  const shapes = [...scene.objects.values()].filter((o) => o.kind === "shape" && isBelow(o.id));
+  const masses = await Promise.all(shapes.map(async (o) => {
+    const [dynamic] = await call("tatu.get", o.id, "shape.dynamic");
+    return dynamic ? (await call("tatu.get", o.id, "shape.mass"))[0] : 0;
+  }));
+  return masses.reduce((sum, m) => sum + m, 0);
+}
+
+/**
+ * The body that carries an object.
  * @param {number} id
  */
 async function bodyOf(id) {
   for (let o = scene.objects.get(id); o; o = scene.objects.get(o.parent)) {
-    if (o.kind !== "shape") continue;
-    const [dynamic] = await call("tatu.get", o.id, "shape.dynamic");
-    if (dynamic) return { id: o.id, mass: (await call("tatu.get", o.id, "shape.mass"))[0] };
+    if (o.kind !== "shape" || !(await call("tatu.get", o.id, "shape.dynamic"))[0]) continue;
+    const [[com], mass] = await Promise.all([call("tatu.get", o.id, "shape.com"), massOf(o.id)]);
+    return { id: o.id, mass, com: new THREE.Vector3(...com) };
   }
   return null;
 }
@@ -45,15 +104,20 @@ canvas.addEventListener("pointerdown", async (e) => {
   if (!hit) return;
   controls.enabled = false;
   const own = ++drag;
+  const plane = new THREE.Plane().setFromNormalAndCoplanarPoint(camera.getWorldDirection(new THREE.Vector3()), hit.point);
+  const goal = hit.point.clone();
+  // The pointer moves on while the program is asked.
+  const follow = (/** @type {PointerEvent} */ at) => { rayAt(at).ray.intersectPlane(plane, goal); };
+  canvas.addEventListener("pointermove", follow);
   const body = await bodyOf(hit.id).catch(() => null);
+  canvas.removeEventListener("pointermove", follow);
   if (own !== drag) return;
   const group = groups.get(body?.id ?? 0);
   if (!body || !group) {
     release();
     return;
   }
-  const plane = new THREE.Plane().setFromNormalAndCoplanarPoint(camera.getWorldDirection(new THREE.Vector3()), hit.point);
-  held = { ...body, group, plane, point: group.worldToLocal(hit.point.clone()), goal: hit.point.clone(), before: null };
+  held = { ...body, group, plane, point: group.worldToLocal(hit.point.clone()), goal, bound: LEAST, before: null };
 }, true);
 canvas.addEventListener("pointermove", (e) => {
   if (!held) return;
@@ -63,7 +127,8 @@ canvas.addEventListener("pointermove", (e) => {
 function release() {
   drag++;
   held = null;
-  line.visible = false;
+  arrow.visible = false;
+  label.hidden = true;
   controls.enabled = true;
   redraw();
 }
@@ -71,20 +136,20 @@ for (const kind of ["pointerup", "pointercancel"]) addEventListener(kind, releas
 
 on("frame", (view) => {
   if (!held) return;
+  const { group, point, goal, mass, before } = held;
   const time = timeOf(view);
-  held.group.updateWorldMatrix(true, false);
-  const here = held.group.localToWorld(held.point.clone());
-  const way = held.goal.clone().sub(here);
-  const { before } = held;
+  group.updateWorldMatrix(true, false);
+  const here = group.localToWorld(point.clone());
   const passed = before ? time - before.time : 0;
-  const force = way.clone().multiplyScalar(SPRING * held.mass);
-  if (before && passed > 0) force.addScaledVector(here.clone().sub(before.here), (-DAMPER * held.mass) / passed);
-  force.clampLength(0, MOST * held.mass);
   held.before = { here, time };
-  line.geometry.setFromPoints([here, held.goal]);
-  line.visible = true;
-  if (passed <= 0) return;
-  // In the frame of the world: the body has turned a little further than what is seen of it.
-  const arm = here.clone().sub(held.group.getWorldPosition(new THREE.Vector3()));
-  call("sim.addForceAndTorque", held.id, force.toArray(), arm.cross(force).multiplyScalar(TURN).toArray()).catch(release);
+  if (!before || passed <= 0) return;
+  const velocity = numbers(here.clone().sub(before.here).divideScalar(passed));
+  const force = pull(numbers(goal.clone().sub(here)), velocity, mass, held.bound);
+  held.bound = grown(held.bound, force, velocity, mass, passed);
+  draw(held, here, Math.hypot(...force));
+  const torque = turning(numbers(here.clone().sub(group.localToWorld(held.com.clone()))), force);
+  // A force acts for one step, and there may be several from frame to frame.
+  const steps = Math.min(MOST_STEPS, Math.max(1, passed / scene.dt));
+  const times = (/** @type {Vec3} */ v) => v.map((x) => x * steps);
+  call("sim.addForceAndTorque", held.id, times(force), times(torque)).catch(release);
 });

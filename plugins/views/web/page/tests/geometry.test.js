@@ -1,7 +1,10 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 
-import { fan, fromDegrees, snap, toDegrees } from "../geometry.js";
+import {
+  STILL, about, compose, conjugate, fan, frameOf, fromDegrees, inverse, moved, multiply, positionOf, rotate, rotationOf, screenAxes, shift,
+  snap, spin, toDegrees,
+} from "../geometry.js";
 
 function near(got, wanted, within = 1e-9) {
   assert.equal(got.length, wanted.length);
@@ -74,4 +77,53 @@ test("layers are raised by their elevation, and not joined", () => {
   const { points, index } = fan({ distance: [2, 2, 2, 2], angle: [-0.1, 0.1, -0.1, 0.1], elevation: [0, 0, up, up], range: 5 });
   assert.deepEqual(index, [0, 1, 2, 0, 3, 4]);
   near(points.slice(9, 12), [-2 * Math.sin(0.1) * Math.cos(up), 1, 2 * Math.cos(0.1) * Math.cos(up)]);
+});
+
+/** A parent that is moved and turned, and an object in it. */
+const PARENT = [1, 2, 3, ...fromDegrees([10, 20, 90])];
+const LOCAL = [0.5, 0, 0.25, ...fromDegrees([0, 0, 30])];
+const OF = { world: compose(PARENT, LOCAL), local: LOCAL };
+
+test("rotations and poses", () => {
+  near(rotate(about(2, 90), [1, 0, 0]), [0, 1, 0]);
+  near(rotate(about(0, 90), [0, 1, 0]), [0, 0, 1]);
+  const q = fromDegrees([20, -35, 110]);
+  near(multiply(q, conjugate(q)), [0, 0, 0, 1]);
+  near(compose(PARENT, inverse(PARENT)), STILL);
+  near(compose([1, 0, 0, ...about(2, 90)], [1, 0, 0, 0, 0, 0, 1]), [1, 1, 0, ...about(2, 90)]);
+});
+
+test("frames of an object", () => {
+  near(frameOf("world", OF), STILL);
+  near(frameOf("parent", OF), PARENT);
+  near(frameOf("own", OF), OF.world);
+});
+
+test("a shift is along the axes of its frame", () => {
+  for (const [frame, wanted] of [["world", [0.1, 0, 0]], ["parent", rotate(rotationOf(PARENT), [0.1, 0, 0])]]) {
+    const after = moved(shift(frameOf(frame, OF), [0.1, 0, 0]), OF);
+    near(compose(PARENT, after), [...positionOf(OF.world).map((x, i) => x + wanted[i]), ...rotationOf(OF.world)], 1e-9);
+  }
+  near(moved(shift(frameOf("parent", OF), [0.1, 0, 0]), OF), [0.6, 0, 0.25, ...rotationOf(LOCAL)]);
+});
+
+test("what is not shifted keeps its digits", () => {
+  const of = { world: [0.1, 0.2, 0.3, 0, 0, 0, 1], local: [0.1, 0.2, 0.3, 0, 0, 0, 1] };
+  assert.deepEqual(moved(shift(STILL, [0.5, 0, 0]), of), [0.6, 0.2, 0.3, 0, 0, 0, 1]);
+});
+
+test("a turn about a point", () => {
+  near(moved(spin(STILL, about(2, 90), [1, 0, 0]), { world: [2, 0, 0, 0, 0, 0, 1], local: [2, 0, 0, 0, 0, 0, 1] }), [1, 1, 0, ...about(2, 90)]);
+  // About itself, in the frame of its parent: it stays, and has turned there.
+  const after = moved(spin(frameOf("parent", OF), about(2, 15), positionOf(OF.world)), OF);
+  near(positionOf(after), positionOf(LOCAL));
+  near(toDegrees(rotationOf(after)), [0, 0, 45]);
+});
+
+test("arrow keys go along the axes nearest to the screen's", () => {
+  // From the front, x is across and y goes away; from the side, y is across and x comes nearer.
+  assert.deepEqual(screenAxes([0, 0, 0, 1], [1, 0, 0], [0, 0.8, 0.6]), { across: { axis: 0, sign: 1 }, ahead: { axis: 1, sign: 1 } });
+  assert.deepEqual(screenAxes([0, 0, 0, 1], [0.1, 0.9, 0], [-0.9, 0.1, 0.5]), { across: { axis: 1, sign: 1 }, ahead: { axis: 0, sign: -1 } });
+  // A frame that is turned by a right angle.
+  assert.deepEqual(screenAxes(about(2, 90), [1, 0, 0], [0, 1, 0]), { across: { axis: 1, sign: -1 }, ahead: { axis: 0, sign: 1 } });
 });

@@ -1,0 +1,119 @@
+// @ts-check
+// Keys that move and turn what is selected, while the view has the focus.
+
+import * as THREE from "three";
+import { Carry, carried } from "tatu/carrying";
+import { get } from "tatu/dom";
+import { about, frameOf, multiply, positionOf, rotationOf, screenAxes, shift, spin } from "tatu/geometry";
+import { VERB, how, pivot, report, setHow } from "tatu/moving";
+import { angleStep, lengthStep } from "tatu/snap";
+import { rights, selected } from "tatu/store";
+import { camera } from "tatu/view";
+
+/** @import { Quat, Vec3, Way } from "tatu/geometry" */
+
+/** Steps without a grid, m and degrees, and the part of a step that Shift leaves. */
+export const STEPS = { translate: 0.05, rotate: 5 };
+export const FINE = 0.1;
+
+/** How far a key moves, m, or turns, degrees. */
+export function step(fine = false) {
+  const whole = how.mode === "rotate" ? (angleStep() * 180) / Math.PI || STEPS.rotate : lengthStep() || STEPS.translate;
+  return Number((whole * (fine ? FINE : 1)).toPrecision(12));
+}
+
+/** @param {THREE.Vector3} v @returns {Vec3} */
+const numbers = (v) => [v.x, v.y, v.z];
+
+/**
+ * Along or about which axis of the frame a key acts, and whether ahead or back.
+ * @param {string} key
+ * @param {Quat} frame
+ * @returns {Way | null}
+ */
+function wayOf(key, frame) {
+  camera.updateMatrixWorld();
+  const [right, up] = [new THREE.Vector3(), new THREE.Vector3()];
+  camera.matrixWorld.extractBasis(right, up, new THREE.Vector3());
+  const away = numbers(up.add(camera.getWorldDirection(new THREE.Vector3())));
+  const { across, ahead } = screenAxes(frame, numbers(right), away);
+  const sign = key === "ArrowRight" || key === "ArrowUp" || key === "PageUp" ? 1 : -1;
+  const vertical = key.startsWith("Page");
+  const sideways = key === "ArrowLeft" || key === "ArrowRight";
+  if (how.mode === "rotate") {
+    // Left turns to the left as seen from above; up tips what is in front away.
+    const way = vertical || sideways ? { axis: 2, sign: vertical ? sign : -sign } : { axis: across.axis, sign: -sign * across.sign };
+    return how.only < 0 ? way : { axis: how.only, sign: way.sign };
+  }
+  const way = vertical ? { axis: 2, sign: 1 } : sideways ? across : ahead;
+  if (how.only < 0 || how.only === way.axis) return { axis: way.axis, sign: sign * way.sign };
+  // The free axis has a direction on the screen if it is one of those two.
+  const free = [across, ahead].find(({ axis }) => axis === how.only) ?? { axis: how.only, sign: 1 };
+  return { axis: free.axis, sign: sign * free.sign };
+}
+
+/**
+ * What keys do until they are let go: one edit.
+ * @typedef {{ of: string, by: Vec3, turn: Quat, carry: Promise<Carry> }} Burst
+ */
+/** @type {Burst | null} */
+let burst = null;
+/** The end of what was done before: the exact poses are asked for after it. @type {Promise<unknown>} */
+let before = Promise.resolve();
+
+/**
+ * @param {string} key
+ * @param {boolean} fine
+ */
+function nudge(key, fine) {
+  const { mode, frame: frameName } = how;
+  const id = pivot();
+  if (!mode) return;
+  const ids = carried();
+  const of = [mode, frameName, ...ids].join();
+  if (burst?.of !== of) burst = { of, by: [0, 0, 0], turn: [0, 0, 0, 1], carry: before.then(() => Carry.take(VERB[mode], ids)) };
+  const own = burst;
+  before = own.carry.then((carry) => {
+    const place = carry.from(id);
+    if (!place) return;
+    const frame = frameOf(frameName, place);
+    const way = wayOf(key, rotationOf(frame));
+    if (!way) return;
+    const amount = way.sign * step(fine);
+    if (mode === "rotate") own.turn = multiply(about(way.axis, amount), own.turn);
+    else own.by[way.axis] = (own.by[way.axis] ?? 0) + amount;
+    return carry.put(mode === "rotate" ? spin(frame, own.turn, positionOf(place.world)) : shift(frame, own.by));
+  }).catch(report);
+}
+
+const NUDGES = new Set(["ArrowLeft", "ArrowRight", "ArrowUp", "ArrowDown", "PageUp", "PageDown"]);
+const view = get("view");
+
+/**
+ * Acts on a key; false: it is not meant for moving.
+ * @param {KeyboardEvent} e
+ */
+function act(e) {
+  const key = e.key.length === 1 ? e.key.toLowerCase() : e.key;
+  if ((key === "g" || key === "r") && !e.shiftKey && selected()) {
+    const mode = key === "g" ? "translate" : "rotate";
+    if (!e.repeat) setHow({ mode: how.mode === mode ? "" : mode, only: -1 });
+    return true;
+  }
+  if (!pivot()) return false;
+  if (NUDGES.has(key)) nudge(key, e.shiftKey);
+  else if (key === "Escape") setHow({ mode: "", only: -1 });
+  else if (key.length === 1 && "xyz".includes(key)) {
+    const axis = "xyz".indexOf(key);
+    if (!e.repeat) setHow({ only: how.only === axis ? -1 : axis });
+  } else return false;
+  return true;
+}
+
+// Before others: in the view all other keys go to the simulation and to the selected robot.
+addEventListener("keydown", (e) => {
+  if (e.target !== view || e.ctrlKey || e.metaKey || e.altKey || !rights.acts || !act(e)) return;
+  e.preventDefault();
+  e.stopImmediatePropagation();
+}, true);
+addEventListener("keyup", (e) => { if (NUDGES.has(e.key)) burst = null; }, true);

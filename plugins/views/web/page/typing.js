@@ -1,0 +1,164 @@
+// @ts-check
+// The bar of moving: whose axes are meant, and numbers to type.
+
+import { failure } from "tatu/calls";
+import { Carry, carried, placeOf } from "tatu/carrying";
+import { get, make } from "tatu/dom";
+import { compose, frameOf, fromDegrees, inverse, multiply, positionOf, conjugate, rotationOf, shift, spin, toDegrees } from "tatu/geometry";
+import { VERB, how, pivot, setHow, watchHow } from "tatu/moving";
+import { step } from "tatu/nudging";
+
+/** @import { Frame, Vec3 } from "tatu/geometry" */
+/** @import { Place } from "tatu/carrying" */
+
+/** How often numbers are brought up to date, ms. */
+const OFTEN = 250;
+/** @type {[Frame, string, string][]} */
+const FRAMES = [
+  ["world", "World", "Along the axes of the world"], ["parent", "Parent", "Along the axes of the parent, which scene files mean"],
+  ["own", "Own", "Along the object's own axes; numbers are how far it goes from here"],
+];
+const AXES = ["x", "y", "z"];
+
+const bar = make("div", { className: "typed", hidden: true });
+bar.setAttribute("role", "toolbar");
+bar.setAttribute("aria-label", "Position and orientation");
+const what = make("strong");
+const frames = make("select", { title: "Whose axes" });
+frames.setAttribute("aria-label", "Axes");
+for (const [frame, name, title] of FRAMES) {
+  const option = new Option(name, frame);
+  option.title = title;
+  frames.add(option);
+}
+frames.onchange = () => setHow({ frame: /** @type {Frame} */ (frames.value) });
+const why = make("span", { className: "why" });
+why.setAttribute("role", "alert");
+const unit = make("span", { className: "unit" });
+const fields = AXES.map((name, i) => {
+  const only = make("button", { textContent: name, className: `axis ${name}`, title: `Restrict to this axis (${name.toUpperCase()})` });
+  only.setAttribute("aria-label", `Only ${name}`);
+  only.onclick = () => setHow({ only: how.only === i ? -1 : i });
+  const field = make("input", { type: "text", inputMode: "decimal", autocomplete: "off", size: 8 });
+  field.setAttribute("aria-label", name);
+  return { only, field, shown: "" };
+});
+bar.append(what, frames, ...fields.flatMap(({ only, field }) => [only, field]), unit, why);
+const view = get("view");
+view.append(bar);
+
+/**
+ * The numbers of a place in the chosen frame: m or degrees.
+ * @param {Place} of
+ * @returns {Vec3}
+ */
+function numbersOf(of) {
+  const within = compose(inverse(frameOf(how.frame, of)), of.world);
+  return how.mode === "rotate" ? toDegrees(rotationOf(within)) : positionOf(within);
+}
+
+/** @param {number} x */
+function written(x) {
+  return String(Number(x.toFixed(how.mode === "rotate" ? 4 : 6)) + 0);
+}
+
+/** @param {string} text */
+function tell(text) {
+  why.textContent = text;
+}
+
+async function refresh() {
+  const id = pivot();
+  if (!id) return;
+  const now = await placeOf(id).then(numbersOf).catch(() => null);
+  if (!now || id !== pivot()) return;
+  fields.forEach((f, i) => {
+    const text = written(now[i] ?? 0);
+    // What is being typed stays.
+    if (document.activeElement === f.field && f.field.value !== f.shown) f.shown = text;
+    else f.field.value = f.shown = text;
+  });
+}
+
+/**
+ * Brings one coordinate to a number.
+ * @param {number} i
+ * @param {number} to
+ */
+async function apply(i, to) {
+  const [id, { mode, frame }] = [pivot(), { ...how }];
+  if (!id || !mode) return;
+  const carry = await Carry.take(VERB[mode], carried());
+  const of = carry.from(id);
+  if (!of) return;
+  const axes = frameOf(frame, of);
+  const numbers = numbersOf(of);
+  if (mode === "translate") {
+    /** @type {Vec3} */
+    const by = [0, 0, 0];
+    by[i] = to - (numbers[i] ?? 0);
+    await carry.put(shift(axes, by));
+    return;
+  }
+  const now = rotationOf(compose(inverse(axes), of.world));
+  numbers[i] = to;
+  await carry.put(spin(axes, multiply(fromDegrees(numbers), conjugate(now)), positionOf(of.world)));
+}
+
+/**
+ * Takes what a field says.
+ * @param {number} i
+ * @param {string} text
+ */
+async function take(i, text) {
+  const f = fields[i];
+  if (!f) return;
+  const to = text.trim() === "" ? NaN : Number(text.trim().replace(",", "."));
+  try {
+    if (!Number.isFinite(to)) throw { error: `expected a number in ${how.mode === "rotate" ? "degrees" : "m"}` };
+    f.shown = f.field.value;
+    await apply(i, to);
+    f.field.removeAttribute("aria-invalid");
+    tell("");
+    await refresh();
+  } catch (thrown) {
+    f.shown = "";
+    f.field.setAttribute("aria-invalid", "true");
+    tell(failure(thrown).error);
+  }
+}
+
+fields.forEach(({ field }, i) => {
+  field.onfocus = () => field.select();
+  const takeNew = () => { if (field.value !== fields[i]?.shown) take(i, field.value); };
+  field.onchange = takeNew;
+  field.onkeydown = (e) => {
+    if (e.key === "Enter") takeNew();
+    else if (e.key === "ArrowUp" || e.key === "ArrowDown") {
+      const next = Number(field.value) + (e.key === "ArrowUp" ? 1 : -1) * step(e.shiftKey);
+      if (!Number.isFinite(next)) return;
+      field.value = written(next);
+      take(i, field.value);
+    } else if (e.key === "Escape") {
+      field.value = fields[i]?.shown ?? "";
+      field.removeAttribute("aria-invalid");
+      tell("");
+      view.focus();
+      refresh();
+    } else return;
+    e.preventDefault();
+  };
+});
+// In the view, keys go to the simulation and the mouse turns the camera.
+for (const kind of ["keydown", "pointerdown", "pointerup", "wheel"]) bar.addEventListener(kind, (e) => e.stopPropagation());
+
+watchHow(() => {
+  bar.hidden = !pivot();
+  what.textContent = how.mode ? VERB[how.mode] + (how.frame === "own" ? " by" : " to") : "";
+  unit.textContent = how.mode === "rotate" ? "\u00b0" : "m";
+  frames.value = how.frame;
+  fields.forEach(({ only }, i) => only.setAttribute("aria-pressed", String(how.only === i)));
+  tell("");
+  refresh();
+});
+setInterval(() => { if (!document.hidden) refresh(); }, OFTEN);
