@@ -75,8 +75,9 @@ typedef struct tatu_host_scene {
    * folder beside it. `file` is a path from `files.resolve` that ends with ".toml". */
   tatu_status(TATU_CALL *save)(tatu_world *, tatu_str file, tatu_object base);
   /* [step] The `index`-th property of an object, from 0 (object 0: of the world), as a map: "key", "type" (as TATU_*
-   * numbers), "count", "unit", "settable", "choices" (a list of texts), "text". Parameters of its device follow its
-   * own properties. Valid until the current call returns. TATU_ERR_MISSING, without a message: past the last. */
+   * numbers), "count", "unit", "settable", "choices" (a list of texts), "text", and "min" and "max" if they are
+   * declared. Parameters of its device follow its own properties. Valid until the current call returns.
+   * TATU_ERR_MISSING, without a message: past the last. */
   tatu_status(TATU_CALL *row)(tatu_world *, tatu_object, uint32_t index, tatu_value *);
   /* [step] The `index`-th model that plugins offer, from 0, as a map: "id" (for `load`), "text". Valid as that of
    * `row`. TATU_ERR_MISSING, without a message: past the last. */

@@ -16,7 +16,7 @@ use crate::{
     state::edits,
 };
 
-fn map<const N: usize>(entries: [(&str, Value); N]) -> Value {
+fn map<'a>(entries: impl IntoIterator<Item = (&'a str, Value)>) -> Value {
     Value::Map(entries.into_iter().map(|(k, v)| (Value::text(k), v)).collect())
 }
 
@@ -25,7 +25,7 @@ fn map<const N: usize>(entries: [(&str, Value); N]) -> Value {
 fn told(p: &Declared, prefix: &str, settable: bool) -> Value {
     let choices = p.choices.iter().map(Value::text).collect();
     let key = if prefix.is_empty() { p.key.clone() } else { format!("{prefix}.{}", p.key) };
-    map([
+    let mut entries = vec![
         ("key", Value::text(key)),
         ("type", Value::Int(p.kind.into())),
         ("count", Value::Int(p.count.into())),
@@ -33,7 +33,10 @@ fn told(p: &Declared, prefix: &str, settable: bool) -> Value {
         ("settable", Value::Bool(settable)),
         ("choices", Value::List(choices)),
         ("text", Value::text(&p.text)),
-    ])
+    ];
+    let limits = [("min", p.lowest), ("max", p.highest)];
+    entries.extend(limits.into_iter().filter(|(_, x)| x.is_finite()).map(|(name, x)| (name, Value::Float(x))));
+    map(entries)
 }
 
 pub(super) extern "C" fn row<'a>(

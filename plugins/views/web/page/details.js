@@ -1,101 +1,167 @@
 // @ts-check
-// Every property of the selection with its unit; those that can be set are fields.
+// The properties of the selection in groups, with names, units and help; those that can be set are fields.
 
-import { failure } from "tatu/calls";
 import { get, make } from "tatu/dom";
 import { edit } from "tatu/edits";
+import { openScript } from "tatu/editor";
+import { fieldOf } from "tatu/fields";
+import { GROUPS, formOf, groupOf, labelOf, nameOf, unitOf } from "tatu/names";
 import { on, send } from "tatu/net";
 import { rights, scene, selected, watch } from "tatu/store";
 
 /** @import { Row } from "tatu/protocol" */
+/** @import { Field } from "tatu/fields" */
+/** @typedef {{ element: HTMLElement, signature: string, row: Row, field: Field, name: HTMLElement }} Line */
 
+/** How often values are brought up to date, ms. */
+const OFTEN = 1000;
 const rows = get("rows");
 const what = get("what");
 let shown = 0;
+/** What is shown of the object, by key. @type {Map<string, Line>} */
+const lines = new Map();
+/** @type {Map<string, HTMLElement>} */
+const groups = new Map();
+
+const raw = make("input", { type: "checkbox", checked: localStorage.getItem("tatu raw names") === "1" });
+const option = make("label", { className: "raw", title: "The keys that scripts and scene files use", hidden: true });
+option.append(raw, " Raw names");
+rows.before(option);
+raw.onchange = () => {
+  localStorage.setItem("tatu raw names", raw.checked ? "1" : "");
+  for (const { name, row } of lines.values()) name.textContent = called(row);
+};
+
+/** @param {Row} row */
+function called(row) {
+  return raw.checked ? row.key : nameOf(row.key);
+}
 
 /**
- * Numbers as people read them.
- * @param {unknown} x
+ * The list of a group; which groups are closed is remembered.
+ * @param {string} name
  */
-function short(x) {
-  if (typeof x === "object" && x !== null && "number" in x) return String(x.number);
-  if (typeof x !== "number") return String(x ?? "");
-  return Number.isInteger(x) ? String(x) : String(+x.toPrecision(6));
-}
-
-/** @param {unknown} value */
-function written(value) {
-  return Array.isArray(value) ? value.map(short).join(", ") : short(value);
+function groupNamed(name) {
+  const known = groups.get(name);
+  if (known) return known;
+  const key = `tatu details ${name}`;
+  const group = make("details", { className: "group-of-rows", open: (localStorage.getItem(key) ?? (name === "More" ? "" : "1")) === "1" });
+  group.append(make("summary", { textContent: name }));
+  group.ontoggle = () => localStorage.setItem(key, group.open ? "1" : "");
+  group.dataset.group = name;
+  groups.set(name, group);
+  const place = (/** @type {string} */ n) => (GROUPS.includes(n) ? GROUPS.indexOf(n) : 0.5);
+  const after = [...rows.children].find((e) => e instanceof HTMLElement && place(e.dataset.group ?? "") > place(name));
+  rows.insertBefore(group, after ?? null);
+  return group;
 }
 
 /**
- * What was typed, as the type of the value that stood there.
- * @param {string} text
+ * Sets a property as an edit.
+ * @param {number} id
+ * @param {string} key
  * @param {unknown} value
+ * @param {string} [merge]
  */
-function read(text, value) {
-  if (Array.isArray(value)) return text.split(",").map(Number);
-  if (typeof value === "number") return Number(text);
-  if (typeof value === "boolean") return text === "true";
-  return text;
+async function set(id, key, value, merge) {
+  await edit(labelOf(key, scene.objects.get(id)?.alias ?? "object"), [["tatu.set", id, key, value]], merge);
+  send({ type: "details", object: id });
+}
+
+/**
+ * What decides how a field is built; while it is the same, only its value changes.
+ * @param {Row} row
+ * @param {boolean} slides
+ */
+function signatureOf(row, slides) {
+  const form = formOf(row);
+  const length = form === "parts" && Array.isArray(row.value) ? row.value.length : 0;
+  const isLong = form === "text" && String(row.value).includes("\n");
+  return JSON.stringify([form, length, isLong, row.settable && rights.acts, row.choices, slides, row.min, row.max]);
 }
 
 /**
  * @param {Row} row
- * @param {unknown} value
- * @param {HTMLInputElement | HTMLSelectElement} field
+ * @param {boolean} slides
+ * @param {string} signature
+ * @returns {Line}
  */
-async function set(row, value, field) {
-  try {
-    if (Array.isArray(value) ? value.some(Number.isNaN) : Number.isNaN(value)) throw { error: "a number is expected" };
-    const name = scene.objects.get(shown)?.alias ?? "object";
-    await edit(`Change ${row.key.replace(/^\w+\./, "").replaceAll("_", " ")} of ${name}`, [["tatu.set", shown, row.key, value]]);
-    field.setCustomValidity("");
-    row.value = value;
-  } catch (thrown) {
-    const e = failure(thrown);
-    field.setCustomValidity(e.error);
-    field.reportValidity();
-  }
-}
-
-/** @param {Row} row */
-function field(row) {
-  const settable = row.settable && rights.acts && row.key !== "object.parent";
-  if (!settable) {
-    const text = document.createElement("span");
-    text.className = "fixed";
-    text.textContent = written(row.value) + (row.unit ? ` ${row.unit}` : "");
-    return text;
-  }
-  if (row.choices.length || typeof row.value === "boolean") {
-    const list = document.createElement("select");
-    const choices = typeof row.value === "boolean" ? ["true", "false"] : row.choices;
-    for (const c of choices) list.add(new Option(c, c, false, c === String(row.value)));
-    list.onchange = () => set(row, read(list.value, row.value), list);
-    return list;
-  }
-  const input = document.createElement("input");
-  input.value = written(row.value);
-  input.onkeydown = (e) => { if (e.key === "Enter") input.blur(); e.stopPropagation(); };
-  input.onchange = () => set(row, read(input.value, row.value), input);
-  return input;
+function lineOf(row, slides, signature) {
+  const id = shown;
+  const element = make("div", { className: "row" });
+  element.dataset.key = row.key;
+  const name = make("span", { className: "name", textContent: called(row), title: `${row.text} (${row.key})` });
+  const why = make("p", { className: "why" });
+  why.setAttribute("role", "alert");
+  const settable = row.settable && rights.acts;
+  const set1 = (/** @type {unknown} */ value, /** @type {string} */ merge = "") => set(id, row.key, value, merge);
+  const field = fieldOf({ row, name: nameOf(row.key), unit: unitOf(row.unit, slides), settable, set: set1 }, (text) => { why.textContent = text; });
+  const help = make("p", { className: "help", textContent: row.text, hidden: true });
+  const ask = make("button", { type: "button", className: "ask", textContent: "?", hidden: !row.text });
+  ask.setAttribute("aria-label", `What is ${nameOf(row.key)}?`);
+  ask.setAttribute("aria-expanded", "false");
+  ask.onclick = () => {
+    help.hidden = !help.hidden;
+    ask.setAttribute("aria-expanded", String(!help.hidden));
+  };
+  const head = make("span", { className: "head" });
+  head.append(name, ask);
+  element.classList.toggle("wide", field.wide);
+  element.append(head, field.element, why, help);
+  return { element, signature, row, field, name };
 }
 
 on("details", (message) => {
   if (message.object !== selected()) return;
-  // What is being typed is not replaced.
-  if (shown === message.object && rows.contains(document.activeElement)) return;
+  if (shown !== message.object) clear();
   shown = message.object;
-  rows.replaceChildren(...message.rows.map((row) => {
-    const div = make("div", { className: "row" });
-    const name = make("span", { textContent: row.key + (row.settable && row.unit ? ` (${row.unit})` : ""), title: row.text });
-    const f = field(row);
-    f.setAttribute("aria-label", row.key);
-    div.append(name, f);
-    return div;
-  }));
+  const kind = scene.objects.get(shown)?.kind ?? "";
+  const slides = message.rows.some((row) => row.key === "joint.type" && row.value === "prismatic");
+  const gone = new Set(lines.keys());
+  for (const row of message.rows) {
+    gone.delete(row.key);
+    const signature = signatureOf(row, slides);
+    const known = lines.get(row.key);
+    if (known?.signature === signature) {
+      known.row = row;
+      known.field.update(row.value);
+      continue;
+    }
+    const line = lineOf(row, slides, signature);
+    if (known) known.element.replaceWith(line.element);
+    else groupNamed(groupOf(row.key, kind)).append(line.element);
+    lines.set(row.key, line);
+  }
+  for (const key of gone) {
+    lines.get(key)?.element.remove();
+    lines.delete(key);
+  }
+  option.hidden = false;
 });
+
+let scripts = "";
+/** The scripts of the selection, each with a link that opens it. */
+function listScripts() {
+  const all = scene.objects.get(selected())?.scripts ?? [];
+  if (JSON.stringify(all) === scripts) return;
+  scripts = JSON.stringify(all);
+  groups.get("Script")?.querySelectorAll(".script").forEach((e) => e.remove());
+  for (const script of all) {
+    const row = make("div", { className: "row script" });
+    const open = make("button", { type: "button", className: "link", textContent: `Open ${script.name}` });
+    open.onclick = () => openScript(script);
+    row.append(make("span", { className: "head", textContent: `${script.kind}, ${script.language}` }), open);
+    groupNamed("Script").append(row);
+  }
+}
+
+function clear() {
+  lines.clear();
+  groups.clear();
+  rows.replaceChildren();
+  scripts = "";
+  listScripts();
+}
 
 function title() {
   const o = scene.objects.get(selected());
@@ -105,11 +171,17 @@ function title() {
 watch("selected", (id) => {
   const o = scene.objects.get(id);
   title();
-  rows.replaceChildren();
+  clear();
+  option.hidden = true;
   get("eye", HTMLCanvasElement).hidden = o?.schema !== "image";
   get("plot", HTMLCanvasElement).hidden = o?.kind !== "graph";
   shown = 0;
   if (o) send({ type: "details", object: id });
 });
-watch("objects", title);
-setInterval(() => { if (selected() && !document.hidden) send({ type: "details", object: selected() }); }, 1000);
+for (const news of /** @type {const} */ (["scene", "objects"])) {
+  watch(news, () => {
+    title();
+    listScripts();
+  });
+}
+setInterval(() => { if (selected() && !document.hidden) send({ type: "details", object: selected() }); }, OFTEN);

@@ -6,6 +6,7 @@ import "tatu/store";
 import "tatu/controls";
 import "tatu/tree";
 import "tatu/details";
+import "tatu/joints";
 import "tatu/output";
 import "tatu/gallery";
 import "tatu/saving";

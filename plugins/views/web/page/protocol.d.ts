@@ -111,7 +111,15 @@ export type Row = { key: string,
 /**
  * Its type, one of the numbers `TATU_*`, and how many values it has; 0: any number.
  */
-type: number, count: number, unit: string, text: string, settable: boolean, choices: Array<string>, value: unknown, };
+type: number, count: number, unit: string, text: string, settable: boolean, choices: Array<string>,
+/**
+ * The least value, if one is declared.
+ */
+min?: number,
+/**
+ * The greatest value, if one is declared.
+ */
+max?: number, value: unknown, };
 
 export type RunState = "stopped" | "running" | "paused";
 

@@ -45,6 +45,8 @@ fn reading(turn: &Turn<'_>, id: tatu_object) -> Vec<Row> {
             text: "Field of the last reading.".to_owned(),
             settable: false,
             choices: Vec::new(),
+            min: None,
+            max: None,
             value: Json::Array(value),
         })
     });
@@ -69,7 +71,7 @@ pub fn details(turn: &Turn<'_>, n: u32) -> Result<ToPage> {
         let value = match value {
             Value::Object(o) => Json::from(tatu_slot(o)),
             Value::Bytes(b) => Json::from(String::from_utf8_lossy(&b)),
-            value => json::write(&value),
+            value => json::write(&with_slots(value)),
         };
         rows.push(Row {
             kind: number("type"),
@@ -78,12 +80,24 @@ pub fn details(turn: &Turn<'_>, n: u32) -> Result<ToPage> {
             text: text("text"),
             settable: row.get("settable").is_some_and(|v| v.truthy()),
             choices: choices(row),
+            min: row.get("min").and_then(|v| v.as_f64()),
+            max: row.get("max").and_then(|v| v.as_f64()),
             key,
             value,
         });
     }
     rows.extend(reading(turn, id));
     Ok(ToPage::Details { object: n, rows })
+}
+
+/// Replaces objects within a value by their handles as the page knows them.
+fn with_slots(value: Value) -> Value {
+    match value {
+        Value::Object(o) => Value::Object(tatu_slot(o).into()),
+        Value::List(items) => Value::List(items.into_iter().map(with_slots).collect()),
+        Value::Map(entries) => Value::Map(entries.into_iter().map(|(k, v)| (with_slots(k), with_slots(v))).collect()),
+        value => value,
+    }
 }
 
 fn choices(row: ValueRef<'_>) -> Vec<String> {

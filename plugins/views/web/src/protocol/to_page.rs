@@ -133,6 +133,14 @@ pub(crate) struct Row {
     pub(crate) text: String,
     pub(crate) settable: bool,
     pub(crate) choices: Vec<String>,
+    /// The least value, if one is declared.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[cfg_attr(test, ts(optional))]
+    pub(crate) min: Option<f64>,
+    /// The greatest value, if one is declared.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[cfg_attr(test, ts(optional))]
+    pub(crate) max: Option<f64>,
     #[cfg_attr(test, ts(type = "unknown"))]
     pub(crate) value: Json,
 }

@@ -1,0 +1,209 @@
+// @ts-check
+// Sliders for the joints of the selection: of a joint itself, or of all joints of a model.
+
+import { failure, newest } from "tatu/calls";
+import { get, make } from "tatu/dom";
+import { edit } from "tatu/edits";
+import { typed } from "tatu/fields";
+import { readNumber, unitOf, writeNumber } from "tatu/names";
+import { call, on } from "tatu/net";
+import { eachEntry } from "tatu/parse";
+import { rights, scene, select, selected, watch } from "tatu/store";
+
+/** @import { SceneObject } from "tatu/protocol" */
+/**
+ * A joint with its slider: the range of it in rad or m, where it was when it was selected, and where it is.
+ * @typedef {{ id: number, alias: string, unit: { text: string, factor: number }, range: [number, number], began: number, now: number,
+ *   slider: HTMLInputElement, field: { element: HTMLElement, update: (text: string) => void }, live: HTMLElement, sliding: string }} Slid
+ */
+
+/** Ranges of joints without limits: half a turn to each side, and a metre. */
+const FREE = { turns: Math.PI, slides: 1 };
+/** How often velocities are asked for, ms. */
+const OFTEN = 500;
+
+const panel = make("details", { className: "group-of-rows joints", open: localStorage.getItem("tatu joints") !== "", hidden: true });
+panel.ontoggle = () => localStorage.setItem("tatu joints", panel.open ? "1" : "");
+const list = make("div");
+const why = make("p", { className: "why" });
+why.setAttribute("role", "alert");
+const reset = make("button", { type: "button", textContent: "Reset", title: "Puts the joints back to where they were when they were selected" });
+const summary = make("summary", { textContent: "Joints" });
+panel.append(summary, list, why, reset);
+get("rows").before(panel);
+
+/** @type {Map<number, Slid>} */
+let joints = new Map();
+let isStopped = true;
+
+/**
+ * The joints that belong to the selection.
+ * @returns {SceneObject[]}
+ */
+function wanted() {
+  const o = scene.objects.get(selected());
+  const moves = (/** @type {SceneObject} */ j) => j.joint !== undefined && j.joint.type !== "spherical";
+  if (!o) return [];
+  if (moves(o)) return [o];
+  if (!o.model) return [];
+  return [...scene.objects.values()].filter((j) => {
+    if (!moves(j)) return false;
+    for (let at = scene.objects.get(j.parent); at; at = scene.objects.get(at.parent)) if (at.id === o.id) return true;
+    return false;
+  });
+}
+
+/**
+ * A property, or null: it has none at the moment.
+ * @param {number} id
+ * @param {string} key
+ */
+async function read(id, key) {
+  return call("tatu.get", id, `joint.${key}`).then(([value]) => value, () => null);
+}
+
+/**
+ * The calls that bring a joint to a position. Under position control a running simulation gets it as a target; while
+ * it is stopped, the joint is put there, and stays there after the start.
+ * @param {number} id
+ * @param {number} to
+ * @returns {Promise<[string, ...unknown[]][]>}
+ */
+async function callsFor(id, to) {
+  const [mode, control] = await Promise.all([read(id, "mode"), read(id, "control")]);
+  const isDriven = mode === "dynamic" && control === "position";
+  /** @type {[string, ...unknown[]][]} */
+  const calls = [];
+  if (!isDriven || isStopped) calls.push(["tatu.set", id, "joint.position", to]);
+  if (isDriven) calls.push(["tatu.set", id, "joint.target_position", to]);
+  return calls;
+}
+
+/**
+ * @param {Slid} j
+ * @param {number} to
+ * @param {string} [merge]
+ */
+async function bring(j, to, merge) {
+  await edit(`Move ${j.alias}`, await callsFor(j.id, to), merge);
+}
+
+/** @param {unknown} thrown */
+function refused(thrown) {
+  const { error, help } = failure(thrown);
+  why.textContent = help ? `${error}; ${help}` : error;
+}
+
+/** @param {Slid} j */
+function show(j) {
+  if (j.sliding) return;
+  j.slider.value = String(j.now * j.unit.factor);
+  j.slider.setAttribute("aria-valuetext", `${writeNumber(j.now, j.unit.factor)} ${j.unit.text}`);
+  j.field.update(writeNumber(Number((j.now * j.unit.factor).toFixed(4))));
+}
+
+/**
+ * @param {SceneObject} o
+ * @returns {Promise<Slid>}
+ */
+async function slid(o) {
+  const slides = o.joint?.type === "prismatic";
+  const [limits, cyclic, position] = await Promise.all([read(o.id, "limits"), read(o.id, "cyclic"), read(o.id, "position")]);
+  const unit = unitOf("rad|m", slides);
+  const free = slides ? FREE.slides : FREE.turns;
+  const bounded = !cyclic && Array.isArray(limits) && limits.every(Number.isFinite) && limits[0] < limits[1];
+  /** @type {[number, number]} */
+  const range = bounded ? [limits[0], limits[1]] : [-free, free];
+  const slider = make("input", {
+    type: "range", min: String(range[0] * unit.factor), max: String(range[1] * unit.factor), step: "any", disabled: !rights.acts,
+  });
+  slider.setAttribute("aria-label", `Position of ${o.alias}`);
+  const field = typed(`Position of ${o.alias} in ${slides ? "m" : "degrees"}`, async (text) => {
+    const to = readNumber(text, unit.factor);
+    if (!Number.isFinite(to)) throw { error: `expected a number in ${unit.text}, found "${text}"` };
+    await bring(j, to);
+  }, (text) => { why.textContent = text; });
+  /** @type {Slid} */
+  const j = { id: o.id, alias: o.alias, unit, range, began: position ?? 0, now: position ?? 0, slider, field, live: make("span", { className: "live" }), sliding: "" };
+  const send = newest((/** @type {{ to: number, merge: string }} */ { to, merge }) => bring(j, to, merge));
+  slider.oninput = () => {
+    j.sliding ||= crypto.randomUUID();
+    field.update(writeNumber(Number(Number(slider.value).toFixed(4))));
+    send({ to: Number(slider.value) / unit.factor, merge: j.sliding }).then(() => { why.textContent = ""; }, refused);
+  };
+  slider.onchange = () => { j.sliding = ""; };
+  return j;
+}
+
+/** The number of the selection for which the panel is made: what is asked for an older one comes too late. */
+let made = 0;
+async function build() {
+  const own = ++made;
+  const all = wanted();
+  if (!all.length) {
+    joints = new Map();
+    panel.hidden = true;
+    return;
+  }
+  const found = await Promise.all(all.map(slid));
+  if (own !== made) return;
+  joints = new Map(found.map((j) => [j.id, j]));
+  why.textContent = "";
+  list.replaceChildren(...found.map((j) => {
+    const row = make("div", { className: "joint" });
+    const name = make("button", { type: "button", className: "link", textContent: j.alias, title: `Select ${j.alias}` });
+    name.onclick = () => select(j.id);
+    row.append(name, j.field.element, make("span", { className: "unit", textContent: j.unit.text }), j.slider, j.live);
+    show(j);
+    return row;
+  }));
+  summary.textContent = found.length === 1 ? "Joint position" : `Joints (${found.length})`;
+  reset.hidden = !rights.acts;
+  panel.hidden = false;
+  ask();
+}
+
+reset.onclick = async () => {
+  try {
+    const calls = await Promise.all([...joints.values()].map((j) => callsFor(j.id, j.began)));
+    await edit(`Reset joints of ${scene.objects.get(selected())?.alias ?? "object"}`, calls.flat());
+    why.textContent = "";
+  } catch (thrown) {
+    refused(thrown);
+  }
+};
+
+/** Asks for velocities and efforts. */
+function ask() {
+  if (panel.hidden || !panel.open || document.hidden) return;
+  for (const j of joints.values()) {
+    Promise.all([read(j.id, "velocity"), read(j.id, "effort")]).then(([velocity, effort]) => {
+      const slides = j.unit.factor === 1;
+      const [v, e] = [unitOf("rad/s|m/s", slides), unitOf("N m|N", slides)];
+      const few = (/** @type {number | null} */ x, /** @type {{ text: string, factor: number }} */ u) => `${Number(((x ?? 0) * u.factor).toFixed(2)) + 0} ${u.text}`;
+      j.live.textContent = `${few(velocity, v)}, ${few(effort, e)}`;
+    });
+  }
+}
+setInterval(ask, OFTEN);
+
+on("state", ({ state }) => { isStopped = state === "stopped"; });
+on("frame", (view) => {
+  if (!joints.size) return;
+  eachEntry(view, (id, what, numbers) => {
+    const j = joints.get(id);
+    if (!j || what !== "position") return;
+    j.now = numbers[0] ?? 0;
+    show(j);
+  });
+});
+watch("selected", build);
+/** Which joints there are, in one text. */
+let known = "";
+for (const news of /** @type {const} */ (["scene", "objects"])) {
+  watch(news, () => {
+    const now = JSON.stringify(wanted().map((j) => [j.id, j.alias, j.joint]));
+    if (now !== known) build();
+    known = now;
+  });
+}

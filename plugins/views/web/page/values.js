@@ -1,0 +1,64 @@
+// @ts-check
+// Values that are only shown: links to objects, numbers, lists and tables.
+
+import { make } from "tatu/dom";
+import { writeNumber } from "tatu/names";
+import { scene, select } from "tatu/store";
+
+/**
+ * A link that selects an object.
+ * @param {unknown} id
+ */
+export function link(id) {
+  const o = scene.objects.get(Number(id));
+  if (!o) return make("span", { className: "fixed", textContent: "none" });
+  const button = make("button", { type: "button", className: "link", textContent: o.alias, title: `Select ${o.alias}` });
+  button.onclick = () => select(o.id);
+  return button;
+}
+
+/**
+ * A value in words, and links where it names objects.
+ * @param {unknown} value
+ * @param {number} [factor] for numbers in another unit
+ * @returns {Node}
+ */
+export function shown(value, factor = 1) {
+  if (value === null || value === undefined) return document.createTextNode("none");
+  if (typeof value === "boolean") return document.createTextNode(value ? "yes" : "no");
+  if (typeof value === "number") return document.createTextNode(writeNumber(value, factor));
+  if (Array.isArray(value)) return list(value, factor);
+  if (typeof value !== "object") return document.createTextNode(String(value));
+  if ("number" in value) return document.createTextNode(writeNumber(value));
+  if ("object" in value && Object.keys(value).length === 1) return link(value.object);
+  if ("bytes" in value && typeof value.bytes === "string") return document.createTextNode(`${Math.floor(value.bytes.length * 3 / 4)} bytes`);
+  if ("pairs" in value && Array.isArray(value.pairs)) return table(value.pairs, factor);
+  return table(Object.entries(value), factor);
+}
+
+/**
+ * @param {unknown[]} values
+ * @param {number} factor
+ */
+function list(values, factor) {
+  if (!values.length) return document.createTextNode("none");
+  const all = make("span");
+  values.forEach((v, i) => all.append(...(i ? [", "] : []), shown(v, factor)));
+  return all;
+}
+
+/**
+ * @param {[unknown, unknown][]} entries
+ * @param {number} factor
+ */
+function table(entries, factor) {
+  if (!entries.length) return document.createTextNode("none");
+  const all = make("dl");
+  for (const [key, value] of entries) {
+    const [dt, dd] = [make("dt"), make("dd")];
+    dt.append(shown(key));
+    dd.append(shown(value, factor));
+    all.append(dt, dd);
+  }
+  return all;
+}
