@@ -41,11 +41,7 @@ impl Source {
         };
         let Ok(path) = real(&wanted) else {
             // Whether a file exists must not be revealed, so a name outside the folders is refused in any case.
-            if escapes(name, folder, &self.roots) {
-                return Err(outside());
-            }
-            // A scene that is being saved has files that are not on disk yet.
-            return Ok(sources.read(&wanted).ok());
+            return if escapes(name, folder, &self.roots) { Err(outside()) } else { Ok(None) };
         };
         if !self.roots.iter().filter_map(|r| real(r).ok()).any(|r| path.starts_with(r)) {
             return Err(outside());
