@@ -48,11 +48,6 @@ export function selection() {
   return [...chosen];
 }
 
-/** The handles of all selected objects. */
-export function selection() {
-  return chosen ? [chosen] : [];
-}
-
 /**
  * Selects an object; 0: none. With `add`, it joins the others, or leaves them if it is among them.
  * @param {number} id
