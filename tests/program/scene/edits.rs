@@ -55,7 +55,8 @@ impl Editor {
         Editor { from: BufReader::new(to.try_clone().unwrap()), to, _program: program }
     }
     fn ask(&mut self, message: &Value) -> Value {
-        writeln!(self.to, "{message}").unwrap();
+        // In one piece: a message in several packets waits for the acknowledgement of the first.
+        self.to.write_all(format!("{message}\n").as_bytes()).unwrap();
         let mut line = String::new();
         assert!(self.from.read_line(&mut line).unwrap() > 0, "the program has ended");
         serde_json::from_str(&line).unwrap()
@@ -297,7 +298,7 @@ fn whatever_was_edited_is_read_again() {
                 3 => json!(["tatu.set", object, "object.alias", format!("thing{round}")]),
                 4 => json!(["tatu.remove", [object]]),
                 5 => json!(["tatu.copy", [object], Value::Null, [x, 1, 0]]),
-                6 => json!(["tatu.addModel", ["gps", "sick"][random(2)]]),
+                6 => json!(["tatu.addModel", if x > 0.0 { "gps" } else { "sick" }]),
                 7 => json!(["tatu.add", "format = 1\n[[object]]\nsensor = \"laser\"\nalias = \"eye\"", object]),
                 8 => json!(["tatu.set", object, "object.visible", x > 0.0]),
                 9 if script.is_some() => json!(["tatu.setScript", script, format!("-- {x}\n")]),
