@@ -2,10 +2,11 @@
 // Keys that work wherever no text is being written.
 
 import { duplicate, hold, paste, remove } from "tatu/clipboard";
+import { known } from "tatu/edits";
 import { save, step } from "tatu/saving";
 import { selectAbove } from "tatu/selecting";
 import { renameSelected } from "tatu/treeing";
-import { fitSelection } from "tatu/view";
+import { fitSelection, host } from "tatu/view";
 import { isPlacing } from "tatu/placing";
 
 /** Whether keys belong to a field, an editor or a dialog. */
@@ -35,6 +36,8 @@ document.addEventListener("keydown", (e) => {
     return;
   }
   if (isWriting() || isPlacing()) return;
+  // During a run, keys that are pressed in the view go to scripts.
+  if (!ctrl && known.state !== "stopped" && document.activeElement === host) return;
   let act = ctrl ? WITH_CTRL[key] : e.shiftKey ? undefined : ALONE[key];
   if (ctrl && e.shiftKey) act = key === "z" ? () => step(false) : undefined;
   // Text that is marked anywhere is copied as text.
