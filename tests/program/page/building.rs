@@ -68,7 +68,8 @@ fn a_new_scene_is_built_by_drags_and_clicks_and_saved() {
     );
     shown.page.until("document.getElementById('output').textContent.includes('Saved scenes/built.toml')");
     let text = std::fs::read_to_string(shown.folder().join("scenes/built.toml")).unwrap();
-    assert!(text.contains("alias = \"box\"") && text.contains("pioneer_p3dx"), "{text}");
+    assert!(text.contains("alias = \"box\"") && text.contains("model = \"pioneer_p3dx\""), "{text}");
+    assert!(!text.contains("service"), "the page is no part of the scene: {text}");
     shown.end();
 }
 

@@ -12,7 +12,8 @@ use tatu_plugin_api::safe::Value;
 use tatu_scene::{
     Data, Scene,
     document::{
-        self, Beside, DeviceSpec, Document, Edited, Options, ScriptSpec, Sources, Written, folder_beside, patch,
+        self, Beside, DeviceSpec, Document, Edited, Options, ScriptSpec, ServiceSpec, Sources, Written, folder_beside,
+        patch,
     },
     rows::Row,
 };
@@ -92,7 +93,7 @@ pub(super) fn stopped(cell: &WorldCell) -> Memento {
 pub(super) fn in_place(cell: &WorldCell, state: &Memento, target: &Path) -> Result<Saved> {
     let mut document = cell.model.document.shared();
     let own = document.file.clone().filter(|f| f.extension().is_some_and(|e| e == "toml"));
-    let Some(own) = own.filter(|f| f.parent() == target.parent()) else {
+    let Some(own) = own.filter(|f| f.parent() == target.parent() || stands_alone(&document, f)) else {
         return Err(Error::new("E125", "the scene was not read from a scene file in this folder"));
     };
     let mut text = document
@@ -172,12 +173,28 @@ pub(super) fn flat(cell: &WorldCell, state: &Memento, target: &Path) -> Result<S
     settings.allow.clear();
     let beside = Beside { device: &device, scripts: &scripts };
     let mut document = Document::of_scene(&state.scene, 0, settings, &beside);
-    document.services.clone_from(&cell.model.document.services);
+    document.services = own_services(cell);
     let written = document::write(&document, &cell.model.registry, &folder_beside(target))?;
     let files = written.files.iter().cloned().collect();
     let document = read(cell, target, &written.text, &files)?;
     let slots = by_path(&document, &state.scene);
     Ok(Saved { written, document, slots })
+}
+
+/// Returns the services that the scene's own file names, without those that the program was told to run.
+fn own_services(cell: &WorldCell) -> Vec<ServiceSpec> {
+    let document = cell.model.document.shared();
+    let Some(own) = document.file.as_deref().filter(|f| f.extension().is_some_and(|e| e == "toml")) else {
+        return Vec::new();
+    };
+    let options = Options { sources: document.sources.clone(), ..Options::default() };
+    document::load(own, &cell.model.registry, &options).map(|d| d.services).unwrap_or_default()
+}
+
+/// Returns whether a scene file refers to no other file in its folder, so that its text means the same in another one.
+fn stands_alone(document: &Document, own: &Path) -> bool {
+    let folder = own.parent().unwrap_or(Path::new(""));
+    document.sources.files().iter().all(|(path, _)| path == own || !path.starts_with(folder))
 }
 
 /// Reads a text as if it were in a file, with separate files beside it.
