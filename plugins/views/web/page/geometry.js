@@ -142,6 +142,15 @@ export function dot([a, b, c], [x, y, z]) {
 }
 
 /**
+ * @param {Vec3} a
+ * @param {Vec3} b
+ * @returns {Vec3}
+ */
+export function cross([a, b, c], [x, y, z]) {
+  return [b * z - c * y, c * x - a * z, a * y - b * x];
+}
+
+/**
  * A pose given in the frame of another one, in the frame of that one.
  * @param {Pose} outer
  * @param {Pose} inner

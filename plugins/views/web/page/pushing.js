@@ -3,6 +3,7 @@
 
 import * as THREE from "three";
 import { get, make } from "tatu/dom";
+import { cross, minus, plus, positionOf, rotate, rotationOf } from "tatu/geometry";
 import { call, on } from "tatu/net";
 import { groups } from "tatu/objects";
 import { timeOf } from "tatu/parse";
@@ -11,18 +12,17 @@ import { rights, scene } from "tatu/store";
 import { camera, controls, hitAt, redraw, renderer, rayAt, stage } from "tatu/view";
 
 /** @import { Vec3 } from "tatu/geometry" */
-/** @import { ObjectGroup } from "tatu/crowd" */
 /**
  * What is held: the body, its mass with all that it carries, its centre of mass and the point in its frame, where the
- * pointer is, what the force is bounded by, and where the point was.
- * @typedef {{ id: number, mass: number, com: THREE.Vector3, group: ObjectGroup, plane: THREE.Plane, point: THREE.Vector3, goal: THREE.Vector3, bound: number, before: { here: THREE.Vector3, time: number } | null }} Held
+ * pointer is, what the force is bounded by, and when it was pulled last.
+ * @typedef {{ id: number, mass: number, com: Vec3, plane: THREE.Plane, point: Vec3, goal: THREE.Vector3, bound: number, time: number | null }} Held
  */
 /** @type {Held | null} */
 let held = null;
 /** The number of the drag: what is asked at its beginning may come when it has ended. */
 let drag = 0;
-/** Most steps for which the force of one step may stand. */
-const MOST_STEPS = 20;
+/** The longest time for which the force of one step may stand, s: a page that stalls pulls less, not harder. */
+const LONGEST = 0.1;
 /** The arrow: its radius where it is thinnest and thickest, in parts of its distance from the camera, and its colors. */
 const [THIN, THICK] = [0.003, 0.009];
 const [WEAK, STRONG] = [new THREE.Color(0xffc400), new THREE.Color(0xe02000)];
@@ -92,7 +92,7 @@ async function bodyOf(id) {
   for (let o = scene.objects.get(id); o; o = scene.objects.get(o.parent)) {
     if (o.kind !== "shape" || !(await call("tatu.get", o.id, "shape.dynamic"))[0]) continue;
     const [[com], mass] = await Promise.all([call("tatu.get", o.id, "shape.com"), massOf(o.id)]);
-    return { id: o.id, mass, com: new THREE.Vector3(...com) };
+    return { id: o.id, mass, com };
   }
   return null;
 }
@@ -117,7 +117,7 @@ canvas.addEventListener("pointerdown", async (e) => {
     release();
     return;
   }
-  held = { ...body, group, plane, point: group.worldToLocal(hit.point.clone()), goal, bound: LEAST, before: null };
+  held = { ...body, plane, point: numbers(group.worldToLocal(hit.point.clone())), goal, bound: LEAST, time: null };
 }, true);
 canvas.addEventListener("pointermove", (e) => {
   if (!held) return;
@@ -134,22 +134,38 @@ function release() {
 }
 for (const kind of ["pointerup", "pointercancel"]) addEventListener(kind, release);
 
-on("frame", (view) => {
-  if (!held) return;
-  const { group, point, goal, mass, before } = held;
-  const time = timeOf(view);
-  group.updateWorldMatrix(true, false);
-  const here = group.localToWorld(point.clone());
-  const passed = before ? time - before.time : 0;
-  held.before = { here, time };
-  if (!before || passed <= 0) return;
-  const velocity = numbers(here.clone().sub(before.here).divideScalar(passed));
-  const force = pull(numbers(goal.clone().sub(here)), velocity, mass, held.bound);
-  held.bound = grown(held.bound, force, velocity, mass, passed);
-  draw(held, here, Math.hypot(...force));
-  const torque = turning(numbers(here.clone().sub(group.localToWorld(held.com.clone()))), force);
-  // A force acts for one step, and there may be several from frame to frame.
-  const steps = Math.min(MOST_STEPS, Math.max(1, passed / scene.dt));
+/**
+ * Pulls once, by what the program says of the body now: frames round poses, and may come late and several at once.
+ * @param {Held} of
+ * @param {number} passed since the last pull, s
+ */
+async function act(of, passed) {
+  const [[pose], [linear, angular]] = await Promise.all([call("tatu.get", of.id, "object.world_pose"), call("sim.getVelocity", of.id)]);
+  if (held !== of) return;
+  const body = rotationOf(pose);
+  const center = plus(positionOf(pose), rotate(body, of.com));
+  const here = plus(positionOf(pose), rotate(body, of.point));
+  const arm = minus(here, center);
+  const velocity = plus(linear, cross(angular, arm));
+  const way = minus(numbers(of.goal), here);
+  const force = pull(way, velocity, of.mass, of.bound);
+  of.bound = grown(of.bound, way, velocity, passed);
+  draw(of, new THREE.Vector3(...here), Math.hypot(...force));
+  // A force acts for one step, and there may be several from one to the next.
+  const steps = Math.max(1, passed / scene.dt);
   const times = (/** @type {Vec3} */ v) => v.map((x) => x * steps);
-  call("sim.addForceAndTorque", held.id, times(force), times(torque)).catch(release);
+  await call("sim.addForceAndTorque", of.id, times(force), times(turning(arm, force)));
+}
+
+let isActing = false;
+on("frame", async (view) => {
+  const of = held;
+  if (!of || isActing) return;
+  const time = timeOf(view);
+  const passed = Math.min(LONGEST, time - (of.time ?? time));
+  of.time = time;
+  if (passed <= 0) return;
+  isActing = true;
+  await act(of, passed).catch(release);
+  isActing = false;
 });

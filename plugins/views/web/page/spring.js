@@ -1,22 +1,22 @@
 // @ts-check
 // The force with which a hand pulls a body: a critically damped spring with a bound. Nothing here needs a page.
 
-import { dot, minus } from "./geometry.js";
+import { minus } from "./geometry.js";
 
 /** @import { Vec3 } from "tatu/geometry" */
 
-/** Natural frequency, rad/s: slow enough for what is seen 0.1 s late. */
+/** Natural frequency at the beginning, rad/s. */
 const RATE = 3;
 /** The greatest force for each kg at the beginning, N/kg: too little to tip a robot whose wheels brake. */
 export const LEAST = 3.5;
-/** How fast this bound grows while the body does not move, N/kg for each s, and up to where: enough to lift it. */
+/** How fast this bound grows while the body rests, N/kg for each s, and up to where: enough to lift it. */
 const GROWTH = 6;
 export const MOST = 15;
-/** Below this speed a body does not move, m/s. */
-const RESTS = 0.05;
+/** A body rests below this speed, m/s, if it is farther away than this, m. */
+const [RESTS, AWAY] = [0.05, 0.02];
 
 /**
- * The force of the spring, N.
+ * The force of the spring, N. It is stiffer when its bound has grown, and damped critically all the same.
  * @param {Vec3} way from the body to the pointer, m
  * @param {Vec3} velocity m/s
  * @param {number} mass kg
@@ -24,23 +24,31 @@ const RESTS = 0.05;
  * @returns {Vec3}
  */
 export function pull(way, velocity, mass, bound) {
-  /** @type {Vec3} */
-  const [x, y, z] = minus([RATE * RATE * way[0], RATE * RATE * way[1], RATE * RATE * way[2]], [2 * RATE * velocity[0], 2 * RATE * velocity[1], 2 * RATE * velocity[2]]);
+  const stiffness = (RATE * RATE * bound) / LEAST;
+  const damping = 2 * Math.sqrt(stiffness);
+  const [x, y, z] = minus(scaled(way, stiffness), scaled(velocity, damping));
   const size = Math.hypot(x, y, z);
-  const k = mass * (size > bound ? bound / size : 1);
+  return scaled([x, y, z], mass * (size > bound ? bound / size : 1));
+}
+
+/**
+ * @param {Vec3} v
+ * @param {number} k
+ * @returns {Vec3}
+ */
+function scaled([x, y, z], k) {
   return [k * x, k * y, k * z];
 }
 
 /**
- * The bound after some time: what rests under all that it allows gets more.
+ * The bound after some time: what rests away from the pointer is pulled harder.
  * @param {number} bound N/kg
- * @param {Vec3} force N
+ * @param {Vec3} way from the body to the pointer, m
  * @param {Vec3} velocity m/s
- * @param {number} mass kg
  * @param {number} passed s
  */
-export function grown(bound, force, velocity, mass, passed) {
-  const isHeld = Math.hypot(...force) >= 0.99 * bound * mass && dot(velocity, velocity) < RESTS * RESTS;
+export function grown(bound, way, velocity, passed) {
+  const isHeld = Math.hypot(...way) > AWAY && Math.hypot(...velocity) < RESTS;
   return isHeld ? Math.min(MOST, bound + GROWTH * passed) : bound;
 }
 

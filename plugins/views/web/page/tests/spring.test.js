@@ -11,7 +11,7 @@ function drag({ mass, to, seconds, friction = 0 }) {
   for (let t = 0; t < seconds; t += dt) {
     const [sx, sv] = seen.shift();
     const force = pull([to - sx, 0, 0], [sv, 0, 0], mass, bound);
-    bound = grown(bound, force, [sv, 0, 0], mass, dt);
+    bound = grown(bound, [to - sx, 0, 0], [sv, 0, 0], dt);
     const a = force[0] / mass;
     // Friction takes speed away, at most all of it.
     v += a * dt;
@@ -43,8 +43,11 @@ test("what friction holds is moved after a while, and lifting is possible", () =
   assert.ok(MOST > 9.81);
 });
 
-test("the bound does not grow for what moves", () => {
-  assert.equal(drag({ mass: 5, to: 1, seconds: 5 }).bound < LEAST + 1, true);
+test("the bound grows for what rests away from the pointer only", () => {
+  assert.ok(drag({ mass: 5, to: 1, seconds: 5 }).bound < LEAST + 2);
+  assert.equal(grown(LEAST, [1, 0, 0], [0.5, 0, 0], 0.1), LEAST);
+  assert.equal(grown(LEAST, [0.01, 0, 0], [0, 0, 0], 0.1), LEAST);
+  assert.equal(grown(MOST, [1, 0, 0], [0, 0, 0], 0.1), MOST);
 });
 
 test("a force turns about the vertical only", () => {
