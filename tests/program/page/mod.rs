@@ -2,12 +2,13 @@
 //!
 //! - `program`: the program with its page; `drive`: what tests in a browser share;
 //! - `access`, `messages`, `repeat`: clients without a browser;
-//! - `student`, `handling`, `looking`, `scripting`, `opening`, `film`, `building`, `keeping`: in a browser; `pictures`: for
-//!   the guide;
+//! - `student`, `handling`, `looking`, `scripting`, `opening`, `film`, `building`, `keeping`, `moving`, `details`: in a
+//!   browser; `pictures`: for the guide;
 //! - `gallery`, `reconnect`: with and without a browser.
 
 mod access;
 mod building;
+mod details;
 mod drive;
 mod film;
 mod gallery;
@@ -15,6 +16,7 @@ mod handling;
 mod keeping;
 mod looking;
 mod messages;
+mod moving;
 mod opening;
 mod pictures;
 mod program;

@@ -18,6 +18,16 @@ export function failure(thrown) {
   return { error: String(thrown instanceof Error ? thrown.message : thrown) };
 }
 
+/**
+ * Why something was refused, for people: without the names of the commands that were called for it.
+ * @param {unknown} thrown
+ */
+export function reason(thrown) {
+  const { error, help } = failure(thrown);
+  const said = error.replace(/^((tatu|sim)\.\w+: )+/, "");
+  return help ? `${said}; ${help}` : said;
+}
+
 /** Calls that wait for their results. */
 export class Calls {
   #last = 0;

@@ -119,6 +119,8 @@ on("details", (message) => {
   const slides = message.rows.some((row) => row.key === "joint.type" && row.value === "prismatic");
   const gone = new Set(lines.keys());
   for (const row of message.rows) {
+    // Few objects have a drive.
+    if (row.key === "object.drive" && !Object.keys(row.value ?? {}).length) continue;
     gone.delete(row.key);
     const signature = signatureOf(row, slides);
     const known = lines.get(row.key);

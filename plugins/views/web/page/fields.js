@@ -2,7 +2,7 @@
 // The field of one property: it shows the value, takes a new one, and says why one was refused. What is being typed is
 // never replaced, and the focus stays where it is.
 
-import { failure, newest } from "tatu/calls";
+import { newest, reason } from "tatu/calls";
 import { make } from "tatu/dom";
 import { colorOf, formOf, hexOf, partsOf, readNumber, sent, writeNumber } from "tatu/names";
 import { link, shown } from "tatu/values";
@@ -31,9 +31,8 @@ async function attempt(done, element, tell) {
     tell("");
     return true;
   } catch (thrown) {
-    const { error, help } = failure(thrown);
     element.setAttribute("aria-invalid", "true");
-    tell(help ? `${error}; ${help}` : error);
+    tell(reason(thrown));
     return false;
   }
 }
@@ -100,7 +99,8 @@ function numberField({ row, name, unit, set }, tell) {
   const { element: input, update } = typed(name, async (text) => set(sent(number(text, unit))), tell);
   input.inputMode = "decimal";
   const element = make("span", { className: "number" });
-  element.append(input, make("span", { className: "unit", textContent: unit.text }));
+  element.append(input);
+  if (unit.text) element.append(make("span", { className: "unit", textContent: unit.text }));
   const { min, max } = row;
   if (min === undefined || max === undefined) return { element, wide: false, update: (v) => update(writeNumber(v, unit.factor)) };
   const slider = make("input", { type: "range", min: String(min * unit.factor), max: String(max * unit.factor), step: row.type === 2 ? "1" : "any" });
@@ -143,7 +143,7 @@ function partsField({ row, name, unit, set }, tell) {
     element.append(label);
     return field;
   });
-  element.append(make("span", { className: "unit", textContent: unit.text }));
+  if (unit.text) element.append(make("span", { className: "unit", textContent: unit.text }));
   return {
     element, wide: true,
     update: (v) => {

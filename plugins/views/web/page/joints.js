@@ -1,7 +1,7 @@
 // @ts-check
 // Sliders for the joints of the selection: of a joint itself, or of all joints of a model.
 
-import { failure, newest } from "tatu/calls";
+import { newest, reason } from "tatu/calls";
 import { get, make } from "tatu/dom";
 import { edit } from "tatu/edits";
 import { typed } from "tatu/fields";
@@ -90,8 +90,7 @@ async function bring(j, to, merge) {
 
 /** @param {unknown} thrown */
 function refused(thrown) {
-  const { error, help } = failure(thrown);
-  why.textContent = help ? `${error}; ${help}` : error;
+  why.textContent = reason(thrown);
 }
 
 /** @param {Slid} j */

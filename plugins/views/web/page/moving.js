@@ -3,7 +3,7 @@
 
 import * as THREE from "three";
 import { TransformControls } from "three/gizmo";
-import { failure } from "tatu/calls";
+import { reason } from "tatu/calls";
 import { Carry, carried } from "tatu/carrying";
 import { get } from "tatu/dom";
 import { compose, frameOf, inverse, positionOf, shift, spin } from "tatu/geometry";
@@ -49,8 +49,7 @@ export function pivot() {
 
 /** @param {unknown} thrown */
 export function report(thrown) {
-  const { error, help } = failure(thrown);
-  line("Status", help ? `${error}; ${help}` : error, "error");
+  line("Status", reason(thrown), "error");
 }
 
 // The gizmo hangs on a handle in the chosen frame, since it knows no frame of a parent.

@@ -125,7 +125,7 @@ export function sent(x) {
 export function partsOf(key, count) {
   if (key === "joint.limits") return ["from", "to"];
   if (key === "joint.gains") return ["P", "I", "D"].slice(0, count);
-  if (count === 3) return ["x", "y", "z"];
+  if (count === 2 || count === 3) return ["x", "y", "z"].slice(0, count);
   if (count === 4 && /quaternion|rotation$/.test(key)) return ["x", "y", "z", "w"];
   return Array.from({ length: count }, (_, i) => String(i + 1));
 }

@@ -1,7 +1,7 @@
 // @ts-check
 // The bar of moving: whose axes are meant, and numbers to type.
 
-import { failure } from "tatu/calls";
+import { reason } from "tatu/calls";
 import { Carry, carried, placeOf } from "tatu/carrying";
 import { get, make } from "tatu/dom";
 import { compose, frameOf, fromDegrees, inverse, multiply, positionOf, conjugate, rotationOf, shift, spin, toDegrees } from "tatu/geometry";
@@ -124,7 +124,7 @@ async function take(i, text) {
   } catch (thrown) {
     f.shown = "";
     f.field.setAttribute("aria-invalid", "true");
-    tell(failure(thrown).error);
+    tell(reason(thrown));
   }
 }
 

@@ -1,7 +1,7 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 
-import { Calls, failure, newest } from "../calls.js";
+import { Calls, failure, newest, reason } from "../calls.js";
 
 test("answers settle the calls that they name, in any order", async () => {
   const calls = new Calls();
@@ -51,6 +51,11 @@ test("failures are texts, whatever was thrown", () => {
   assert.deepEqual(failure({ error: "a", help: "b" }), { error: "a", help: "b" });
   assert.deepEqual(failure(new TypeError("t")), { error: "t" });
   assert.deepEqual(failure("text"), { error: "text" });
+});
+
+test("reasons are for people", () => {
+  assert.equal(reason({ error: "tatu.edit: tatu.set: mass must be greater than 0" }), "mass must be greater than 0");
+  assert.equal(reason({ error: "no such object", help: "look again" }), "no such object; look again");
 });
 
 /** A way of delivery that ends when told. */

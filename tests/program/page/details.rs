@@ -1,0 +1,171 @@
+//! Tests of the properties of the selection and of the sliders of joints, in a browser.
+
+use super::drive::Shown;
+use crate::kit::*;
+
+const FLOOR: &str = "[[object]]\nkind = \"shape\"\nalias = \"floor\"\nprimitive = \"plane\"\nrespondable = true\n";
+const ARM: &str = r#"
+[[object]]
+kind = "shape"
+alias = "arm"
+size_m = [0.2, 0.2, 0.1]
+position_m = [0.0, 0.0, 0.05]
+model_base = true
+[[object]]
+kind = "joint"
+alias = "shoulder"
+parent = "arm"
+position_m = [0.0, 0.0, 0.05]
+mode = "kinematic"
+limits_deg = [-90.0, 90.0]
+[[object]]
+kind = "shape"
+alias = "upper"
+parent = "shoulder"
+size_m = [0.4, 0.05, 0.05]
+position_m = [0.2, 0.0, 0.03]
+[[object]]
+kind = "joint"
+alias = "slide"
+type = "prismatic"
+parent = "upper"
+position_m = [0.2, 0.0, 0.0]
+mode = "kinematic"
+limits_m = [0.0, 0.3]
+"#;
+
+impl Shown {
+    /// Selects an object, and waits until its properties are shown.
+    fn details_of(&mut self, alias: &str) {
+        self.ask(&format!("store.select(of({alias:?}).id)"));
+        self.page.until(&format!(
+            "document.getElementById('what').textContent.startsWith({alias:?}) && \
+             document.querySelectorAll('#rows .row').length > 5"
+        ));
+    }
+    /// Enters text into a field, in place of what is there.
+    fn replace(&mut self, selector: &str, text: &str) {
+        self.page.click_on(selector);
+        self.page.key_event("keyDown", "a", 65, 2);
+        self.page.key_event("keyUp", "a", 65, 2);
+        self.page.enter(text);
+    }
+}
+
+/// The field of a property.
+fn field(key: &str) -> String {
+    format!("#rows [data-key='{key}'] input")
+}
+
+#[test]
+#[cfg_attr(no_browser, ignore = "needs Chromium, and npm at the build")]
+fn sliders_move_the_joints_of_a_model() {
+    let mut shown = Shown::new(&format!("{FLOOR}{ARM}"));
+    shown.until("of('arm') && view.camera.position.x !== 3");
+    shown.details_of("arm");
+    shown.page.until("document.querySelectorAll('.joints .joint').length === 2");
+    let from = shown.page.middle(".joint input[type=range]");
+    // The middle of the slider is the middle of the limits; the drag goes on towards 90 degrees.
+    let to = [from[0] + 60.0, from[1]];
+    shown.page.drag(from, to, false);
+    shown.page.mouse("mouseReleased", to, 1, false);
+    shown.until("get('shoulder', 'joint.position').then((x) => x > 0.5 && x < 1.2)");
+    // The whole drag is one edit.
+    shown.until("net.call('tatu.edits').then(([e]) => e.undo.join() === 'Move shoulder')");
+    // A typed number is in degrees, or m for a joint that slides.
+    shown.replace(".joint input[type=text]", "30");
+    shown.page.key("Enter", 13);
+    shown.until("get('shoulder', 'joint.position').then((x) => Math.abs(x - Math.PI / 6) < 1e-9)");
+    shown.replace(".joint:nth-child(2) input[type=text]", "0.25");
+    shown.page.key("Enter", 13);
+    shown.until("get('slide', 'joint.position').then((x) => x === 0.25)");
+    shown.page.click_on(".joints > button");
+    shown.until("get('shoulder', 'joint.position').then((x) => x === 0)");
+    shown.until("get('slide', 'joint.position').then((x) => x === 0)");
+    shown.end();
+}
+
+#[test]
+#[cfg_attr(no_browser, ignore = "needs Chromium, and npm at the build")]
+fn a_slider_gives_a_driven_joint_its_target_while_it_runs() {
+    let driven = ARM.replacen("mode = \"kinematic\"", "control = \"position\"\nmax_force_nm = 50.0", 1);
+    let mut shown = Shown::new(&format!(
+        "{FLOOR}{}",
+        driven.replacen("size_m = [0.4, 0.05, 0.05]", "size_m = [0.4, 0.05, 0.05]\ndynamic = true", 1)
+    ));
+    shown.until("of('arm') && view.camera.position.x !== 3");
+    shown.details_of("shoulder");
+    shown.page.until("document.querySelectorAll('.joints .joint').length === 1");
+    shown.page.click_on("#play");
+    shown.page.until("document.getElementById('play').classList.contains('on')");
+    shown.replace(".joint input[type=text]", "45");
+    shown.page.key("Enter", 13);
+    shown.until("get('shoulder', 'joint.target_position').then((x) => Math.abs(x - Math.PI / 4) < 1e-9)");
+    shown.until("get('shoulder', 'joint.position').then((x) => Math.abs(x - Math.PI / 4) < 0.02)");
+    shown.end();
+}
+
+#[test]
+#[cfg_attr(no_browser, ignore = "needs Chromium, and npm at the build")]
+fn angles_are_typed_in_degrees_and_names_are_words() {
+    let mut shown = Shown::new(&format!("{FLOOR}{ARM}"));
+    shown.until("of('arm') && view.camera.position.x !== 3");
+    shown.details_of("shoulder");
+    shown.replace(&field("joint.limits"), "-45");
+    shown.page.key("Enter", 13);
+    shown.until("get('shoulder', 'joint.limits').then(([a, b]) => Math.abs(a + Math.PI / 4) < 1e-9 && Math.abs(b - Math.PI / 2) < 1e-9)");
+    assert_eq!(shown.page.text("#rows [data-key='joint.max_force'] .name"), "Maximum force");
+    shown.page.click_on(".raw input");
+    assert_eq!(shown.page.text("#rows [data-key='joint.max_force'] .name"), "joint.max_force");
+    // Help is opened by its button, also by keys.
+    shown.page.js("document.querySelector(\"#rows [data-key='joint.max_force'] .ask\").focus()");
+    shown.page.key(" ", 32);
+    shown.page.until("!document.querySelector(\"#rows [data-key='joint.max_force'] .help\").hidden");
+    shown.end();
+}
+
+#[test]
+#[cfg_attr(no_browser, ignore = "needs Chromium, and npm at the build")]
+fn a_refused_value_says_why_and_keeps_the_focus() {
+    let mut shown = Shown::new(&format!("{FLOOR}{ARM}"));
+    shown.until("of('arm') && view.camera.position.x !== 3");
+    shown.details_of("upper");
+    let mass = shown.page.js(&format!("document.querySelector({:?}).value", field("shape.mass")));
+    shown.page.js(&format!("globalThis.mass = document.querySelector({:?})", field("shape.mass")));
+    shown.replace(&field("shape.mass"), "-3");
+    shown.page.key("Enter", 13);
+    let why = "#rows [data-key='shape.mass'] .why";
+    shown.page.until(&format!("document.querySelector({why:?}).textContent.includes('mass must be greater than 0')"));
+    // Values that come later change other fields, and leave this one and its text.
+    shown.ask("net.call('tatu.set', of('upper').id, 'shape.friction', 0.5)");
+    shown.page.until(&format!("document.querySelector({:?}).value === '0.5'", field("shape.friction")));
+    assert_eq!(shown.page.js("document.activeElement === globalThis.mass && globalThis.mass.value"), "-3");
+    shown.page.key("Escape", 27);
+    assert_eq!(shown.page.js("document.activeElement === globalThis.mass && globalThis.mass.value"), mass);
+    assert_eq!(shown.page.text(why), "");
+    shown.end();
+}
+
+#[test]
+#[cfg_attr(no_browser, ignore = "needs Chromium, and npm at the build")]
+fn every_value_is_shown_as_people_read_it() {
+    let place = Place::scene(&format!("{FLOOR}[[model]]\nmodel = \"pioneer_p3dx\"\n[[model]]\nmodel = \"hokuyo\"\n"));
+    let mut shown = Shown::of(place, &["open", "scene.toml", "--no-browser"]);
+    shown.until("of('Pioneer_p3dx') && view.camera.position.x !== 3");
+    shown.page.js("localStorage.setItem('tatu details More', '1')");
+    let ids = shown.ask("[...store.scene.objects.keys()]");
+    for id in ids.as_array().unwrap() {
+        shown.ask(&format!("store.select({id})"));
+        shown.page.until("document.querySelectorAll('#rows .row').length > 5");
+        let wrong = shown.page.js(
+            "(document.querySelector('aside').innerText + [...document.querySelectorAll('aside input')].map((i) => \
+             i.value).join()).match(/.*(object Object|undefined|NaN).*/)?.[0] ?? ''",
+        );
+        assert_eq!(wrong, "", "object {id}");
+    }
+    // A parent is a link that selects it.
+    shown.details_of("Pioneer_p3dx_leftMotor");
+    shown.page.click_on("#rows [data-key='object.parent'] .link");
+    shown.page.until("document.getElementById('what').textContent.startsWith('Pioneer_p3dx ')");
+    shown.end();
+}
