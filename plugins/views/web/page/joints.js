@@ -134,11 +134,19 @@ async function slid(o) {
   return j;
 }
 
+/** Which joints have sliders, in one text. */
+let known = "";
+/** @param {SceneObject[]} all */
+function told(all) {
+  return JSON.stringify(all.map((j) => [j.id, j.alias, j.joint]));
+}
+
 /** The number of the selection for which the panel is made: what is asked for an older one comes too late. */
 let made = 0;
 async function build() {
   const own = ++made;
   const all = wanted();
+  known = told(all);
   if (!all.length) {
     joints = new Map();
     panel.hidden = true;
@@ -174,7 +182,7 @@ reset.onclick = async () => {
 
 /** Asks for velocities and efforts. */
 function ask() {
-  if (panel.hidden || !panel.open || document.hidden) return;
+  if (panel.hidden || !panel.open || document.hidden || !rights.acts) return;
   for (const j of joints.values()) {
     Promise.all([read(j.id, "velocity"), read(j.id, "effort")]).then(([velocity, effort]) => {
       const slides = j.unit.factor === 1;
@@ -197,12 +205,16 @@ on("frame", (view) => {
   });
 });
 watch("selected", build);
-/** Which joints there are, in one text. */
-let known = "";
+/** The limits of the joint that is selected, in one text. */
+let limits = "";
+on("details", ({ object, rows }) => {
+  if (!joints.has(object)) return;
+  const now = JSON.stringify([object, ...rows.filter(({ key }) => key === "joint.limits" || key === "joint.cyclic").map(({ value }) => value)]);
+  if (limits && limits !== now && JSON.parse(limits)[0] === object) build();
+  limits = now;
+});
 for (const news of /** @type {const} */ (["scene", "objects"])) {
   watch(news, () => {
-    const now = JSON.stringify(wanted().map((j) => [j.id, j.alias, j.joint]));
-    if (now !== known) build();
-    known = now;
+    if (told(wanted()) !== known) build();
   });
 }
