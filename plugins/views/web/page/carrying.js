@@ -2,7 +2,7 @@
 // What is being moved, whether by the mouse, by keys or by typed numbers: its exact poses, and how it gets to new ones.
 
 import { newest } from "tatu/calls";
-import { edit } from "tatu/edits";
+import { edit, named, together } from "tatu/edits";
 import { moved } from "tatu/geometry";
 import { call, on } from "tatu/net";
 import { groups } from "tatu/objects";
@@ -52,7 +52,7 @@ on("frame", () => held.forEach((pose, id) => show(id, pose)));
 
 /** Objects that move together, from where they were when it began; all that it sends is one edit. */
 export class Carry {
-  #merge = crypto.randomUUID();
+  #merge = together();
   #label;
   #places;
   #send;
@@ -64,8 +64,7 @@ export class Carry {
    * @param {Map<number, Place>} places
    */
   constructor(verb, places) {
-    const [only] = places.keys();
-    this.#label = `${verb} ${places.size === 1 ? scene.objects.get(only ?? 0)?.alias : `${places.size} objects`}`;
+    this.#label = `${verb} ${named([...places.keys()])}`;
     this.#places = places;
     this.#send = newest((/** @type {Map<number, Pose>} */ poses) => {
       return edit(this.#label, [...poses].map(([id, pose]) => ["tatu.set", id, "object.pose", pose]), this.#merge);

@@ -2,7 +2,7 @@
 // The properties of the selection in groups, with names, units and help; those that can be set are fields.
 
 import { get, make } from "tatu/dom";
-import { edit } from "tatu/edits";
+import { edit, named } from "tatu/edits";
 import { openScript } from "tatu/editor";
 import { fieldOf } from "tatu/fields";
 import { GROUPS, formOf, groupOf, labelOf, nameOf, unitOf } from "tatu/names";
@@ -64,7 +64,7 @@ function groupNamed(name) {
  * @param {string} [merge]
  */
 async function set(id, key, value, merge) {
-  await edit(labelOf(key, scene.objects.get(id)?.alias ?? "object"), [["tatu.set", id, key, value]], merge);
+  await edit(labelOf(key, named([id])), [["tatu.set", id, key, value]], merge);
   send({ type: "details", object: id });
 }
 

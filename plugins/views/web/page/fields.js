@@ -4,6 +4,7 @@
 
 import { newest, reason } from "tatu/calls";
 import { make } from "tatu/dom";
+import { together } from "tatu/edits";
 import { colorOf, formOf, hexOf, partsOf, readNumber, sent, writeNumber } from "tatu/names";
 import { link, shown } from "tatu/values";
 
@@ -108,7 +109,7 @@ function numberField({ row, name, unit, set }, tell) {
   let merge = "";
   const send = sliding(set);
   slider.oninput = () => {
-    merge ||= crypto.randomUUID();
+    merge ||= together();
     update(writeNumber(Number(slider.value)));
     attempt(send({ value: Number(slider.value) / unit.factor, merge }), slider, tell);
   };
@@ -205,7 +206,7 @@ function colorField({ name, set }, tell) {
   let merge = "";
   const send = sliding(set);
   element.oninput = () => {
-    merge ||= crypto.randomUUID();
+    merge ||= together();
     attempt(send({ value: colorOf(element.value), merge }), element, tell);
   };
   element.onchange = () => { merge = ""; };

@@ -3,7 +3,7 @@
 
 import { newest, reason } from "tatu/calls";
 import { get, make } from "tatu/dom";
-import { edit } from "tatu/edits";
+import { edit, named, together } from "tatu/edits";
 import { typed } from "tatu/fields";
 import { readNumber, unitOf, writeNumber } from "tatu/names";
 import { call, on } from "tatu/net";
@@ -126,7 +126,7 @@ async function slid(o) {
   const j = { id: o.id, alias: o.alias, unit, range, began: position ?? 0, now: position ?? 0, slider, field, live: make("span", { className: "live" }), sliding: "" };
   const send = newest((/** @type {{ to: number, merge: string }} */ { to, merge }) => bring(j, to, merge));
   slider.oninput = () => {
-    j.sliding ||= crypto.randomUUID();
+    j.sliding ||= together();
     field.update(writeNumber(Number(Number(slider.value).toFixed(4))));
     send({ to: Number(slider.value) / unit.factor, merge: j.sliding }).then(() => { why.textContent = ""; }, refused);
   };
@@ -173,7 +173,7 @@ async function build() {
 reset.onclick = async () => {
   try {
     const calls = await Promise.all([...joints.values()].map((j) => callsFor(j.id, j.began)));
-    await edit(`Reset joints of ${scene.objects.get(selected())?.alias ?? "object"}`, calls.flat());
+    await edit(`Reset joints of ${named([selected()])}`, calls.flat());
     why.textContent = "";
   } catch (thrown) {
     refused(thrown);
