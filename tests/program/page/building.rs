@@ -193,3 +193,53 @@ fn a_click_selects_the_model_and_a_second_one_its_part() {
     shown.until("(of('floor').scripts ?? []).length === 0");
     shown.end();
 }
+
+#[test]
+#[cfg_attr(no_browser, ignore = "needs Chromium, and npm at the build")]
+fn everything_in_the_palette_can_be_added_and_undone() {
+    let mut shown = blocks();
+    let failed = shown.ask(
+        "(async () => { \
+         const [stock, edits] = await Promise.all(['tatu/stock', 'tatu/edits'].map((m) => import(m))); \
+         const [[kinds], [models]] = await Promise.all([net.call('tatu.kinds'), net.call('tatu.models')]); \
+         const items = [...stock.FIXED, ...stock.devices(kinds), stock.models(models)].flatMap((s) => s.items); \
+         const failed = items.length > 30 ? [] : ['there are few entries']; \
+         for (const i of items) { \
+           const call = i.model ? ['tatu.addModel', i.model] : ['tatu.add', i.toml, 0, [1, 1, 1]]; \
+           try { await edits.edit(`Add ${i.name}`, [call]); } catch (e) { failed.push(`${i.name}: ${e.error}`); continue; } \
+           if (await edits.undo() !== `Add ${i.name}`) failed.push(`${i.name}: not undone`); \
+         } \
+         return failed; })()",
+    );
+    assert_eq!(failed, serde_json::json!([]));
+    shown.until("store.scene.objects.size === 3 && document.getElementById('unsaved').hidden");
+    shown.end();
+}
+
+#[test]
+#[cfg_attr(no_browser, ignore = "needs Chromium, and npm at the build")]
+fn two_objects_are_assembled_and_new_ones_snap_to_the_grid() {
+    let mut shown = blocks();
+    let (left, right) = (shown.row("left"), shown.row("right"));
+    shown.page.click_on(&left);
+    let at = shown.page.middle(&right);
+    shown.page.mouse("mouseMoved", at, 0, false);
+    for kind in ["mousePressed", "mouseReleased"] {
+        shown.page.mouse(kind, at, 1, true);
+    }
+    shown.until("store.selection().length === 2");
+    shown.page.click_on("#assemble");
+    shown.until("of('right').parent === of('left').id");
+    shown.until("get('right', 'object.world_pose').then((p) => Math.abs(p[0] - 0.5) < 1e-6)");
+    shown.ctrl("z", 90);
+    shown.until("of('right').parent === 0");
+    // What is placed snaps to the grid.
+    shown.page.js("(() => { const s = document.getElementById('snap-length'); s.value = '0.5'; s.dispatchEvent(new Event('change')); })()");
+    shown.page.click_on("#add");
+    shown.page.until("document.querySelector('#items [data-item=box]') !== null");
+    shown.page.click_on("#items [data-item=box]");
+    let near = shown.pixel("floor", [0.1, 0.9, 0.0]);
+    shown.page.click_at(near, 1);
+    shown.until("of('box') !== undefined && get('box', 'object.position').then((p) => p[0] === 0 && p[1] === 1)");
+    shown.end();
+}

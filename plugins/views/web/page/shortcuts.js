@@ -32,10 +32,13 @@ document.addEventListener("keydown", (e) => {
     // The editor saves its script by the same keys.
     if (document.activeElement?.closest("#editor") || document.querySelector("dialog[open]")) return;
     e.preventDefault();
+    // A field takes what is written in it when it loses the focus.
+    if (isWriting() && document.activeElement instanceof HTMLElement) document.activeElement.blur();
     save();
     return;
   }
-  if (isWriting() || isPlacing()) return;
+  // Menus and the palette are closed by Escape themselves.
+  if (isWriting() || isPlacing() || document.activeElement?.closest(".menu, #palette")) return;
   // During a run, keys that are pressed in the view go to scripts.
   if (!ctrl && known.state !== "stopped" && document.activeElement === host) return;
   let act = ctrl ? WITH_CTRL[key] : e.shiftKey ? undefined : ALONE[key];

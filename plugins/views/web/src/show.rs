@@ -70,7 +70,7 @@ impl State {
     fn read_scene(&mut self, turn: &Turn<'_>, p: &crate::plugin::Props) -> Result {
         self.whole = scene::read(turn, p)?;
         self.changes.begin(turn, p, &self.whole)?;
-        self.edits.changed();
+        self.edits.look_again();
         if let Some(file) = turn.get(0, p.file)?.as_str() {
             self.recent.shown(Path::new(&*file));
         }
