@@ -228,7 +228,7 @@ fn the_front_page_includes_every_header_for_plugins() {
 }
 
 #[test]
-fn the_host_offers_fewer_than_a_hundred_functions() {
+fn the_host_offers_fewer_than_120_functions() {
     // Function fields of the `tatu_host_` tables, counted in the header.
     let code = code();
     let tables = code
@@ -237,5 +237,5 @@ fn the_host_offers_fewer_than_a_hundred_functions() {
         .filter(|t| !t.starts_with("api"))
         .map(|t| t.split("} tatu_host_").next().unwrap());
     let count: usize = tables.map(|t| t.matches("(TATU_CALL *").count()).sum();
-    assert!((1..100).contains(&count), "{count}");
+    assert!((1..120).contains(&count), "{count}");
 }

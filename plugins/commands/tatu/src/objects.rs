@@ -88,8 +88,8 @@ pub(crate) fn offer(offer: &mut Offer<Tatu>) {
         .returns(Param::int("object").text("the first object"))
         .text("Adds objects of any kind, as a scene file describes them: shapes, joints, sensors with presets, models.")
         .example(
-            "local box = tatu.add([[format = 1\n[[object]]\nkind = \"shape\"\nalias = \"example_box\"\n\
-             position_m = [50, 50, 0.05]\n]])\nassert(tatu.get(box, 'object.alias') == 'example_box')",
+            "local box = tatu.add([=[format = 1\n[[object]]\nkind = \"shape\"\nalias = \"example_box\"\n\
+             position_m = [50, 50, 0.05]\n]=])\nassert(tatu.get(box, 'object.alias') == 'example_box')",
         ),
     );
     offer.command(
