@@ -38,7 +38,7 @@ const SHAPE = ["primitive", "size", "color", "convex", "detectable", "material"]
 const MORE = [
   "shape.mesh", "shape.respondable_mask", "shape.detectable_mask", "shape.joint_solver", "shape.bullet", "shape.friction_axis",
   "shape.friction_axis_angle", "shape.axis_friction", "shape.surface_velocity", "shape.initial_velocity", "shape.initial_angular_velocity",
-  "shape.linear_damping", "shape.angular_damping", "shape.collide_as", "shape.collide_size", "joint.armature", "joint.slip", "joint.lead",
+  "shape.linear_damping", "shape.angular_damping", "shape.collide_as", "shape.collide_size", "joint.rotation", "joint.armature", "joint.slip", "joint.lead",
   "joint.smooth_target", "joint.no_load_speed", "joint.follows", "joint.follow_factor", "joint.follow_offset", "joint.follow_curve",
   "joint.geared", "sensor.beams",
 ];

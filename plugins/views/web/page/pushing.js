@@ -3,24 +3,29 @@
 
 import * as THREE from "three";
 import { get, make } from "tatu/dom";
-import { cross, minus, plus, positionOf, rotate, rotationOf } from "tatu/geometry";
+import { conjugate, cross, minus, plus, positionOf, rotate, rotationOf } from "tatu/geometry";
 import { call, on } from "tatu/net";
 import { groups } from "tatu/objects";
 import { timeOf } from "tatu/parse";
-import { LEAST, MOST, grown, pull, turning } from "tatu/spring";
+import { LEAST, MOST, between, grown, pull, steadied, turning } from "tatu/spring";
 import { rights, scene } from "tatu/store";
 import { camera, controls, hitAt, redraw, renderer, rayAt, stage } from "tatu/view";
 
 /** @import { Vec3 } from "tatu/geometry" */
 /**
  * What is held: the body, its mass with all that it carries, its centre of mass and the point in its frame, where the
- * pointer is, what the force is bounded by, and when it was pulled last.
- * @typedef {{ id: number, mass: number, com: Vec3, plane: THREE.Plane, point: Vec3, goal: THREE.Vector3, bound: number, time: number | null }} Held
+ * pointer is, what the force is bounded by, when it was pulled last,
+ * and whether its form rolls or else what was up in its frame.
+ * @typedef {{ id: number, mass: number, com: Vec3, plane: THREE.Plane, point: Vec3, goal: THREE.Vector3, bound: number, time: number | null, rolls: boolean, up: Vec3 | null }} Held
  */
 /** @type {Held | null} */
 let held = null;
 /** The number of the drag: what is asked at its beginning may come when it has ended. */
 let drag = 0;
+/** @type {Vec3} */
+const UP = [0, 0, 1];
+/** Forms that roll instead of tipping. */
+const ROUND = ["sphere", "cylinder", "capsule"];
 /** The longest time for which the force of one step may stand, s: a page that stalls pulls less, not harder. */
 const LONGEST = 0.1;
 /** The arrow: its radius where it is thinnest and thickest, in parts of its distance from the camera, and its colors. */
@@ -91,8 +96,8 @@ async function massOf(id) {
 async function bodyOf(id) {
   for (let o = scene.objects.get(id); o; o = scene.objects.get(o.parent)) {
     if (o.kind !== "shape" || !(await call("tatu.get", o.id, "shape.dynamic"))[0]) continue;
-    const [[com], mass] = await Promise.all([call("tatu.get", o.id, "shape.com"), massOf(o.id)]);
-    return { id: o.id, mass, com };
+    const [[com], [form], mass] = await Promise.all([call("tatu.get", o.id, "shape.com"), call("tatu.get", o.id, "shape.primitive"), massOf(o.id)]);
+    return { id: o.id, mass, com, rolls: ROUND.includes(form) };
   }
   return null;
 }
@@ -117,7 +122,7 @@ canvas.addEventListener("pointerdown", async (e) => {
     release();
     return;
   }
-  held = { ...body, plane, point: numbers(group.worldToLocal(hit.point.clone())), goal, bound: LEAST, time: null };
+  held = { ...body, plane, point: numbers(group.worldToLocal(hit.point.clone())), goal, bound: LEAST, time: null, up: null };
 }, true);
 canvas.addEventListener("pointermove", (e) => {
   if (!held) return;
@@ -148,7 +153,12 @@ async function act(of, passed) {
   const arm = minus(here, center);
   const velocity = plus(linear, cross(angular, arm));
   const way = minus(numbers(of.goal), here);
-  const force = pull(way, velocity, of.mass, of.bound);
+  // In the frame of the body, what was up when it was taken.
+  of.up ??= rotate(conjugate(body), UP);
+  const part = of.rolls ? 1 : steadied(between(UP, rotate(body, of.up)));
+  /** @type {Vec3} */
+  const force = [0, 0, 0];
+  pull(way, velocity, of.mass, of.bound).forEach((x, i) => { force[i] = part * x; });
   of.bound = grown(of.bound, way, velocity, passed);
   draw(of, new THREE.Vector3(...here), Math.hypot(...force));
   // A force acts for one step, and there may be several from one to the next.

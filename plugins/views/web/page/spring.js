@@ -1,7 +1,7 @@
 // @ts-check
 // The force with which a hand pulls a body: a critically damped spring with a bound. Nothing here needs a page.
 
-import { minus } from "./geometry.js";
+import { cross, dot, minus } from "./geometry.js";
 
 /** @import { Vec3 } from "tatu/geometry" */
 
@@ -50,6 +50,26 @@ function scaled([x, y, z], k) {
 export function grown(bound, way, velocity, passed) {
   const isHeld = Math.hypot(...way) > AWAY && Math.hypot(...velocity) < RESTS;
   return isHeld ? Math.min(MOST, bound + GROWTH * passed) : bound;
+}
+
+/** From which tilt on a body that stands is pulled less, and from which not at all, degrees. */
+const [LEANS, TIPS] = [2, 6];
+
+/**
+ * Which part of its force is left for a body that has tilted, since what stands should not fall.
+ * @param {number} tilt degrees
+ */
+export function steadied(tilt) {
+  return Math.min(1, Math.max(0, (TIPS - tilt) / (TIPS - LEANS)));
+}
+
+/**
+ * The angle between two directions, degrees.
+ * @param {Vec3} a
+ * @param {Vec3} b
+ */
+export function between(a, b) {
+  return (Math.atan2(Math.hypot(...cross(a, b)), dot(a, b)) * 180) / Math.PI;
 }
 
 /**

@@ -1,7 +1,7 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 
-import { LEAST, MOST, grown, pull, turning } from "../spring.js";
+import { LEAST, MOST, between, grown, pull, steadied, turning } from "../spring.js";
 
 /** Pulls a body along x, with what is seen of it a tenth of a second late; friction is a deceleration. */
 function drag({ mass, to, seconds, friction = 0 }) {
@@ -52,4 +52,10 @@ test("the bound grows for what rests away from the pointer only", () => {
 
 test("a force turns about the vertical only", () => {
   assert.deepEqual(turning([0.2, 0, 0.5], [0, 10, 3]), [0, 0, 2]);
+});
+
+test("what tilts is pulled less, and not at all before it falls", () => {
+  assert.deepEqual([0, 2, 4, 6, 90].map(steadied), [1, 1, 0.5, 0, 0]);
+  assert.ok(Math.abs(between([0, 0, 1], [0, Math.sin(0.1), Math.cos(0.1)]) - 0.1 * 180 / Math.PI) < 1e-9);
+  assert.equal(between([0, 0, 1], [0, 0, -1]), 180);
 });
