@@ -6,13 +6,14 @@
 //!   that they read; `live`: a document of a running scene;
 //! - `names`: paths and unique names; `toml`: scene files; `keys`: their keys, units and values;
 //! - `presets`: named settings of sensors; `removal`: parts that are taken out again; `stand`: where they stood;
-//! - `settings`: settings of the world; `scripts`: scripts in scene files;
+//! - `entry`: which table describes which objects; `settings`: settings of the world; `scripts`: scripts in scene files;
 //! - `services`: services that a scene requests;
 //! - `overrides`: `[set]`, `--set`, `--script`; `change`: what they state;
 //! - [`Sources`]: the source files of a document.
 
 mod build;
 mod change;
+mod entry;
 mod import;
 mod import_files;
 mod keys;
@@ -201,7 +202,7 @@ pub struct Document {
     /// Aliases that `[set]` has replaced, by object.
     pub(crate) replaced_aliases: BTreeMap<usize, String>,
     /// The tables of its file that describe objects, in order.
-    pub(crate) entries: Vec<toml::Entry>,
+    pub(crate) entries: Vec<entry::Entry>,
     /// Its source files.
     pub sources: Sources,
 }

@@ -38,12 +38,13 @@ use toml_edit::{Item, TableLike};
 use super::{
     Builder, Document, Report,
     change::{Override, ScriptOverride},
+    entry::Entry,
     import, keys, overrides,
     services::{self, ServiceOverride, UserSettings},
     sources::Sources,
 };
 
-pub use patch::{Edited, Entry, Patched, patch};
+pub use patch::{Edited, Patched, patch};
 pub use write::{Written, folder_beside, save, write};
 
 /// Options of a run that affect the scene.

@@ -12,7 +12,7 @@ use super::{
         value_text::quoted,
         write::{Pieces, piece},
     },
-    Differences,
+    diff::Differences,
     tables::Writer,
 };
 use crate::{

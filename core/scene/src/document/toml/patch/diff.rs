@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use tatu_plugin_api::safe::Value;
 
-use super::{Edited, entries::Entries};
+use super::{edited::Edited, entries::Entries};
 use crate::{
     Scene,
     document::{Builder, DeviceSpec, ScriptSpec, live},
@@ -55,8 +55,11 @@ impl Difference {
     }
 }
 
+/// What differs, by index in the document.
+pub type Differences = BTreeMap<usize, Difference>;
+
 /// Compares all objects that the file still describes.
-pub fn all(edited: &Edited<'_>, builder: &Builder<'_>, entries: &Entries) -> BTreeMap<usize, Difference> {
+pub fn all(edited: &Edited<'_>, builder: &Builder<'_>, entries: &Entries) -> Differences {
     let (base, slots) = edited.document.instantiate();
     let mut meshes = live::Meshes::by_contents();
     let mut out = BTreeMap::new();

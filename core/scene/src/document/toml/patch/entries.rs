@@ -2,21 +2,8 @@
 
 use std::collections::BTreeSet;
 
-use super::Edited;
-use crate::Scene;
-
-/// A table of the file: `[[object]]`, `[[model]]` or `[[import]]`.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Entry {
-    /// `object`, `model` or `import`.
-    pub what: &'static str,
-    /// Its index among the tables of that name.
-    pub index: usize,
-    /// Its first object. It is the base of a model.
-    pub first: usize,
-    /// Whether it places a model or an imported file.
-    pub places: bool,
-}
+use super::edited::Edited;
+use crate::{Scene, document::entry::Entry};
 
 /// The tables of a file, and where each object of the scene comes from.
 pub struct Entries {

@@ -1,6 +1,6 @@
 //! Writing an edited scene into the text that it was read from, of which everything else stays as it is written.
 //!
-//! - this module: [`patch`], one round of it;
+//! - this module: [`patch`], one round of it; `edited`: what it takes and returns;
 //! - `diff`: what differs between a document and the scene that was made of it;
 //! - `entries`: which table of the file an object comes from;
 //! - `tables`: changing tables; `added`: objects that are not in the file yet; `scripts`: scripts and their files.
@@ -11,61 +11,20 @@
 
 mod added;
 mod diff;
+mod edited;
 mod entries;
 mod scripts;
 mod tables;
 
-use std::collections::{BTreeMap, BTreeSet};
-
 use tatu_errors::{Error, Result};
-use tatu_plugin_api::safe::Value;
 use tatu_plugins::Registry;
 use toml_edit::DocumentMut;
 
-use super::super::{Beside, Builder, Document, Settings, settings};
-use crate::{Scene, rows::Row};
+use super::super::{Builder, settings};
+use crate::rows::Row;
 use diff::Difference;
+pub use edited::{Edited, Patched};
 use entries::Entries;
-pub use entries::Entry;
-
-/// A scene, with the document that it was made from.
-pub struct Edited<'a> {
-    /// The document as it was read.
-    pub document: &'a Document,
-    /// The slot in `scene` of each object of the document, or 0 if it was removed.
-    pub slots: &'a [u32],
-    /// The scene to be written.
-    pub scene: &'a Scene,
-    /// Its devices and scripts.
-    pub beside: &'a Beside<'a>,
-    /// Its settings.
-    pub settings: &'a Settings,
-    /// Bases of models that were added, by slot, with the models' ids.
-    pub models: &'a BTreeMap<u32, String>,
-    /// Returns whether a property has this value for another reason than an edit.
-    pub is_foreign: &'a dyn Fn(u32, Row, &Value) -> bool,
-    /// The folder for separate files, relative to the scene file.
-    pub folder: &'a str,
-    /// Separate files that exist, relative to the scene file.
-    pub taken: &'a BTreeSet<String>,
-}
-
-/// A changed text.
-#[derive(Debug, Clone, Default)]
-pub struct Patched {
-    /// The text.
-    pub text: String,
-    /// Separate files: names relative to the scene file, and contents.
-    pub files: Vec<(String, Vec<u8>)>,
-    /// Number of changes; 0 if the text describes the scene already.
-    pub changes: usize,
-    /// The objects that were changed, and what of them.
-    pub changed: Vec<String>,
-    /// Whether nothing but unique names was changed. Names that objects share in the scene cannot all be kept.
-    pub only_names: bool,
-    /// What a scene file cannot express by changes of this text.
-    pub problems: Vec<String>,
-}
 
 /// Changes the text of a scene file so that it describes an edited scene. The result may need further rounds: read it,
 /// and patch it again until it has no changes.
@@ -121,6 +80,3 @@ fn world(doc: &mut DocumentMut, edited: &Edited<'_>, out: &mut Patched) {
         }
     }
 }
-
-/// What differs between the base and an object of the scene, by index in the document.
-type Differences = BTreeMap<usize, Difference>;

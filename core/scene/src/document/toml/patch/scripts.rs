@@ -2,8 +2,8 @@
 
 use std::path::Path;
 
-use super::{super::value_text::quoted, diff::same_kind, entries::Entry, tables::Writer};
-use crate::document::{NORMAL, PRIORITIES, ScriptSpec};
+use super::{super::value_text::quoted, diff::same_kind, tables::Writer};
+use crate::document::{NORMAL, PRIORITIES, ScriptSpec, entry::Entry};
 
 impl Writer<'_> {
     /// Writes the scripts of an object: into their files, if only texts differ and no other object uses the files;

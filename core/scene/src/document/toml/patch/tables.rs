@@ -10,15 +10,14 @@ use toml_edit::{DocumentMut, Item, Table, TableLike};
 
 use super::{
     super::value_text::{drive, free_data, line, quoted, text},
-    Differences, Edited, Patched,
-    diff::Difference,
-    entries::{Entries, Entry},
+    diff::{Difference, Differences},
+    edited::{Edited, Patched},
+    entries::Entries,
 };
 use crate::{
     Scene,
-    document::{Builder, Target, overrides},
-    rows::Row,
-    rows::kind_name,
+    document::{Builder, Target, entry::Entry, overrides},
+    rows::{Row, kind_name},
     to_euler,
 };
 
