@@ -1,13 +1,16 @@
 //! What the page tells of the edits of the scene, and copies of those that are in no file.
 
-use std::time::{Duration, Instant};
+use std::{
+    path::Path,
+    time::{Duration, Instant},
+};
 
 use tatu_plugin_api::{
     abi::TATU_LOG_WARNING,
     safe::{Turn, ValueRef},
 };
 
-use crate::protocol::Edits;
+use crate::{gallery::comes_with_program, protocol::Edits};
 
 /// The event that reports an edit.
 pub(crate) const EVENT: &str = "edited";
@@ -66,12 +69,15 @@ impl Known {
 fn edits(told: ValueRef<'_>) -> Edits {
     let last = |key: &str| Some(told.get(key)?.list()?.last()?.as_str()?.into_owned());
     let is = |key: &str| told.get(key).is_some_and(|v| v.truthy());
+    let file = told.get("file").and_then(|v| v.as_str()).map(|s| s.into_owned()).unwrap_or_default();
+    // A scene that comes with the program is saved under a name of one's own.
+    let is_ours = comes_with_program(Path::new(&file));
     Edits {
         undo: last("undo"),
         redo: last("redo"),
         unsaved: is("unsaved"),
-        file: told.get("file").and_then(|v| v.as_str()).map(|s| s.into_owned()).unwrap_or_default(),
-        on_disk: is("on_disk"),
+        on_disk: is("on_disk") && !is_ours,
+        file,
         recovery: told.get("recovery").and_then(|v| v.as_i64()),
     }
 }
