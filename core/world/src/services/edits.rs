@@ -81,19 +81,30 @@ extern "C" fn save(w: WorldRef<'_>, file: Lent<'_>, flags: u32) -> tatu_status {
     on(w, Function::acts("edits.save"), |world| {
         free(world)?;
         let is_script = world.run.calls.caller.get().script != 0;
-        if file.bytes().is_empty() && is_script {
+        let path = PathBuf::from(file.text().into_owned());
+        if is_script && (file.bytes().is_empty() || source::is_own(world, &path)) {
             let text =
                 "only the page, remote clients and the program save into the scene's own file; name another file";
             return Err(world.run.calls.refuse(TATU_ERR_UNSUPPORTED, text));
         }
-        let file = PathBuf::from(file.text().into_owned());
-        source::save(world, &file, flags & TATU_SAVE_OVER != 0).map_err(|e| refuse(world, &e))
+        // A replay computes again, and writes nothing.
+        if world.run.outside.replay.borrow().is_some() {
+            return Ok(());
+        }
+        source::save(world, &path, flags & TATU_SAVE_OVER != 0).map_err(|e| refuse(world, &e))
     })
 }
 
 extern "C" fn copy(w: WorldRef<'_>, discard: u32) -> tatu_status {
     on(w, Function::acts("edits.copy"), |world| {
         free(world)?;
+        if discard != 0 && world.run.calls.caller.get().script != 0 {
+            let text = "only the page, remote clients and the program discard the copy of unsaved edits";
+            return Err(world.run.calls.refuse(TATU_ERR_UNSUPPORTED, text));
+        }
+        if world.run.outside.replay.borrow().is_some() {
+            return Ok(());
+        }
         match discard {
             0 => recovery::write(world),
             _ => recovery::discard(world),

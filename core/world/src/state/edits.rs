@@ -78,7 +78,8 @@ pub(crate) fn note_script(cell: &WorldCell) {
 pub(crate) fn told(cell: &WorldCell) -> Value {
     let history = cell.model.history.borrow();
     let file = cell.model.document.file.as_deref();
-    let copied = file.filter(|_| !history.has_copy()).and_then(recovery::written_at);
+    let is_answered = history.has_copy() || cell.model.document.sources.are_recovered();
+    let copied = file.filter(|_| !is_answered).and_then(recovery::written_at);
     let labels = |redo| Value::List(history.labels(redo).into_iter().map(Value::text).collect());
     Value::Map(vec![
         (Value::text("undo"), labels(false)),

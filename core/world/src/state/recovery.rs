@@ -10,7 +10,10 @@ use std::{
 };
 
 use tatu_errors::{Error, Result};
-use tatu_plugin_api::safe::{MOST_BYTES, read_plain};
+use tatu_plugin_api::{
+    abi::TATU_LOG_WARNING,
+    safe::{MOST_BYTES, read_plain},
+};
 use tatu_scene::document::Sources;
 
 use super::{
@@ -25,6 +28,8 @@ const FILES: &str = "files";
 /// Most files of a copy, and most levels of folders.
 const MOST_FILES: usize = 100_000;
 const MOST_LEVELS: usize = 8;
+/// Most copies of a scene that are kept although nobody has answered them.
+const MOST_ASIDE: usize = 1000;
 
 /// A new scene.
 const NEW: &str = "\
@@ -61,6 +66,11 @@ pub(crate) fn write(cell: &WorldCell) -> Result {
     let state = stopped(cell);
     let saved = in_place(cell, &state, &scene).or_else(|_| flat(cell, &state, &scene))?;
     let folder = folder_of(&scene);
+    set_aside_foreign(cell, &scene)?;
+    if folder.symlink_metadata().is_ok_and(|about| !about.is_dir()) {
+        let e = io::Error::other("it is a link or a file");
+        return Err(failed("written", &folder, &e));
+    }
     for (name, bytes) in &saved.written.files {
         let path = folder.join(FILES).join(name);
         let above = path.parent().unwrap_or(&folder);
@@ -74,9 +84,37 @@ pub(crate) fn write(cell: &WorldCell) -> Result {
     Ok(())
 }
 
+/// Keeps a copy that an earlier program left and that nobody has answered: it gets another name, and is not offered again.
+fn set_aside_foreign(cell: &WorldCell, scene: &Path) -> Result {
+    let is_answered = cell.model.history.borrow().has_copy() || cell.model.document.sources.are_recovered();
+    if is_answered || written_at(scene).is_none() {
+        return Ok(());
+    }
+    let folder = folder_of(scene);
+    let name = |n: usize| PathBuf::from(format!("{}-{n}", folder.display()));
+    let free = (1..=MOST_ASIDE).map(name).find(|p| p.symlink_metadata().is_err());
+    let free = free.ok_or_else(|| failed("kept", &folder, &io::Error::other("too many are kept already")))?;
+    fs::rename(&folder, &free).map_err(|e| failed("kept", &folder, &e))?;
+    let text = format!("an earlier recovery copy, which was neither opened nor discarded, is now {}", free.display());
+    cell.log(TATU_LOG_WARNING, &text);
+    Ok(())
+}
+
+/// Removes the copy after a save; one that an earlier program left and that nobody has answered is kept.
+pub(super) fn discard_own(cell: &WorldCell) -> Result {
+    if let Some(scene) = own_file(cell) {
+        set_aside_foreign(cell, &scene)?;
+    }
+    discard(cell)
+}
+
 /// Removes the copy.
 pub(crate) fn discard(cell: &WorldCell) -> Result {
     let Some(folder) = own_file(cell).map(|f| folder_of(&f)) else { return Ok(()) };
+    if folder.symlink_metadata().is_ok_and(|about| !about.is_dir()) {
+        let e = io::Error::other("it is a link or a file");
+        return Err(failed("removed", &folder, &e));
+    }
     // Without its scene file, a copy is none, whatever else cannot be removed.
     match fs::remove_file(folder.join(SCENE)) {
         Err(e) if e.kind() != io::ErrorKind::NotFound => return Err(failed("removed", &folder, &e)),
@@ -93,9 +131,15 @@ pub(crate) fn discard(cell: &WorldCell) -> Result {
 
 /// Returns when a copy beside a scene's file was written, Unix time in s.
 pub(super) fn written_at(scene: &Path) -> Option<i64> {
+    folder_of(scene).symlink_metadata().ok().filter(fs::Metadata::is_dir)?;
     let file = folder_of(scene).join(SCENE).symlink_metadata().ok().filter(fs::Metadata::is_file)?;
     let since = file.modified().ok()?.duration_since(UNIX_EPOCH).ok()?;
     i64::try_from(since.as_secs()).ok()
+}
+
+/// The name under which the scene file is kept that was on disk when its copy was recovered.
+pub(super) fn on_disk_then(scene: &Path) -> PathBuf {
+    folder_of(scene).join("on-disk")
 }
 
 /// Returns the files of a copy, to be read in place of those on disk.
@@ -104,6 +148,8 @@ pub(crate) fn read(_: &WorldCell, scene: &Path) -> Result<Sources> {
     let text = folder.join(SCENE);
     let bytes = read_plain(&text, MOST_BYTES).map_err(|e| failed("read", &text, &e))?;
     let mut files = vec![(scene.to_owned(), bytes)];
+    // What is on disk now is compared before a save.
+    files.extend(read_plain(scene, MOST_BYTES).ok().map(|now| (on_disk_then(scene), now)));
     let above = scene.parent().unwrap_or(Path::new(""));
     let mut ahead = vec![(folder.join(FILES), above.to_owned(), 0)];
     while let Some((from, to, level)) = ahead.pop() {

@@ -45,7 +45,12 @@ pub(crate) fn save(cell: &WorldCell, file: &Path, over: bool) -> Result {
         let text = format!("{} cannot be written: scenes are saved as `.toml` files", target.display());
         return Err(Error::new("E105", text).help("save it under another name"));
     }
-    let same = own.as_deref() == Some(target.as_path());
+    let same = is_own(cell, &target);
+    let target = own.filter(|_| same).unwrap_or(target);
+    if !same && !over && target.symlink_metadata().is_ok() {
+        let text = format!("{} exists already", target.display());
+        return Err(Error::new("E125", text).help("save under another name, or replace the file"));
+    }
     if same && !over {
         unchanged_on_disk(cell, &target)?;
     }
@@ -56,21 +61,45 @@ pub(crate) fn save(cell: &WorldCell, file: &Path, over: bool) -> Result {
         // Under another name, nothing is lost by writing every object on its own.
         Err(_) => flat(cell, &state, &target)?,
     };
+    if same && !over {
+        files_unchanged(cell, &target, &saved.written)?;
+    }
     document::save(&target, &saved.written, &write_whole)?;
     // The copy is of the file that was saved, or of the one that the scene has left.
-    recovery::discard(cell)?;
-    adopt(cell, saved);
+    recovery::discard_own(cell)?;
+    adopt(cell, saved, &state.scene);
     cell.model.history.borrow_mut().note_saved();
     edits::tell(cell);
     Ok(())
 }
 
-/// Checks that the scene's file is as it was read.
+/// Returns whether a file is the scene's own, by whatever path.
+pub(crate) fn is_own(cell: &WorldCell, file: &Path) -> bool {
+    let real = |p: &Path| fs::canonicalize(p).or_else(|_| std::path::absolute(p)).ok();
+    cell.model.document.file.as_deref().is_some_and(|own| own == file || real(own) == real(file))
+}
+
+/// Checks that the separate files that are about to be replaced are as they were read.
+fn files_unchanged(cell: &WorldCell, scene: &Path, written: &Written) -> Result {
+    let (folder, sources) = (scene.parent().unwrap_or(Path::new("")), &cell.model.document.sources);
+    for (name, _) in &written.files {
+        let path = folder.join(name);
+        let Ok(now) = fs::read(&path) else { continue };
+        if !sources.are_recovered() && sources.has(&path) && sources.read(&path).is_ok_and(|then| then != now) {
+            let text = format!("{} has changed on disk since it was opened", path.display());
+            return Err(Error::new("E125", text).help("save under another name, or replace the file"));
+        }
+    }
+    Ok(())
+}
+
+/// Checks that the scene's file is as it was read, or as it was when a copy of it was recovered.
 fn unchanged_on_disk(cell: &WorldCell, file: &Path) -> Result {
     let sources = &cell.model.document.sources;
     let now = fs::read(file);
     let is_new = matches!(&now, Err(e) if e.kind() == io::ErrorKind::NotFound);
-    if is_new || sources.are_recovered() || now.ok() == sources.read(file).ok() {
+    let read = if sources.are_recovered() { recovery::on_disk_then(file) } else { file.to_owned() };
+    if is_new || now.ok() == sources.read(&read).ok() {
         return Ok(());
     }
     let text = format!("{} has changed on disk since it was opened", file.display());
@@ -93,7 +122,7 @@ pub(super) fn stopped(cell: &WorldCell) -> Memento {
 pub(super) fn in_place(cell: &WorldCell, state: &Memento, target: &Path) -> Result<Saved> {
     let mut document = cell.model.document.shared();
     let own = document.file.clone().filter(|f| f.extension().is_some_and(|e| e == "toml"));
-    let Some(own) = own.filter(|f| f.parent() == target.parent() || stands_alone(&document, f)) else {
+    let Some(own) = own.filter(|f| same_folder(f, target) || stands_alone(&document, f)) else {
         return Err(Error::new("E125", "the scene was not read from a scene file in this folder"));
     };
     let mut text = document
@@ -191,6 +220,12 @@ fn own_services(cell: &WorldCell) -> Vec<ServiceSpec> {
     document::load(own, &cell.model.registry, &options).map(|d| d.services).unwrap_or_default()
 }
 
+fn same_folder(a: &Path, b: &Path) -> bool {
+    let real =
+        |p: &Path| fs::canonicalize(p.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."))).ok();
+    a.parent() == b.parent() || real(a).is_some_and(|folder| Some(folder) == real(b))
+}
+
 /// Returns whether a scene file refers to no other file in its folder, so that its text means the same in another one.
 fn stands_alone(document: &Document, own: &Path) -> bool {
     let folder = own.parent().unwrap_or(Path::new(""));
@@ -217,11 +252,9 @@ fn read(cell: &WorldCell, target: &Path, text: &str, files: &BTreeMap<String, Ve
 }
 
 /// Makes a saved file the one that the scene was made from.
-fn adopt(cell: &WorldCell, saved: Saved) {
-    let scene = cell.state.scene.borrow();
+fn adopt(cell: &WorldCell, saved: Saved, scene: &Scene) {
     let origins = saved.slots.iter().map(|slot| if *slot == 0 { 0 } else { scene.id(*slot) }).collect();
     *cell.model.origins.borrow_mut() = origins;
-    drop(scene);
     cell.model.document.set(saved.document);
 }
 
@@ -252,14 +285,22 @@ fn files_in(target: &Path, folder: &str) -> BTreeSet<String> {
     names.map(|n| format!("{folder}/{}", n.to_string_lossy()).to_lowercase()).collect()
 }
 
-/// Returns the recovered files beside the scene file that differ from those on disk.
+/// Returns the recovered scripts below the folder of the scene file that differ from those on disk.
 fn recovered_files(document: &Document, target: &Path, written: &Written) -> Vec<(String, Vec<u8>)> {
     let folder = target.parent().unwrap_or(Path::new(""));
+    let used: BTreeSet<&Path> = document.objects.iter().flat_map(|o| &o.scripts).map(|s| Path::new(&s.name)).collect();
+    // Links could lead elsewhere.
+    let real = |p: &Path| fs::canonicalize(if p.as_os_str().is_empty() { Path::new(".") } else { p }).ok();
+    let is_below = |path: &Path| {
+        let (above, folder) = (path.parent().and_then(real), real(folder));
+        above.zip(folder).is_some_and(|(above, folder)| above.starts_with(folder))
+    };
     let known: BTreeSet<&str> = written.files.iter().map(|(name, _)| name.as_str()).collect();
     let mut out = Vec::new();
     for (path, bytes) in document.sources.files() {
         let Some(name) = path.strip_prefix(folder).ok().and_then(Path::to_str) else { continue };
-        if path != target && !known.contains(name) && fs::read(&path).is_ok_and(|now| *now != *bytes) {
+        let is_used = used.contains(path.as_path()) && is_below(&path);
+        if is_used && !known.contains(name) && fs::read(&path).is_ok_and(|now| *now != *bytes) {
             out.push((name.to_owned(), bytes.to_vec()));
         }
     }
