@@ -140,6 +140,9 @@ pub(super) fn in_place(cell: &WorldCell, state: &Memento, target: &Path) -> Resu
             let mut written = Written { text, files: files.into_iter().collect(), ..Written::default() };
             if cell.model.document.sources.are_recovered() {
                 written.files.extend(recovered_files(&document, target, &written));
+                // From now on, what is on disk is what was saved.
+                document = read(cell, target, &written.text, &written.files.iter().cloned().collect())?;
+                slots = by_path(&document, &state.scene);
             }
             return Ok(Saved { written, document, slots });
         }

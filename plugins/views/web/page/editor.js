@@ -191,7 +191,7 @@ async function put(script, text, from) {
     }
     base = { text, version };
     if (view?.state.doc.toString() !== text) fill(text);
-    line("Status", `${script.name}: the new text is in the scene`);
+    line("Status", `${script.name || "Script"}: the new text is in the scene`);
     return true;
   } catch (thrown) {
     const { error, help } = failure(thrown);

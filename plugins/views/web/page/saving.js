@@ -5,7 +5,7 @@ import { failure } from "tatu/calls";
 import { ask, askText, choose } from "tatu/dialogs";
 import { get, make } from "tatu/dom";
 import { known, redo, undo, watchEdits } from "tatu/edits";
-import { call, on } from "tatu/net";
+import { call, on, ask as request } from "tatu/net";
 import { line } from "tatu/output";
 import { rights } from "tatu/store";
 
@@ -136,6 +136,10 @@ get("save-as").onclick = () => { saveAs(); };
 get("undo").onclick = () => { step(true); };
 get("redo").onclick = () => { step(false); };
 
+/** The scene of a program that was started without one. */
+const NOTHING = /(^|[\\/])nothing\.toml$/;
+/** A scene that was never saved. */
+const UNTITLED = /(^|[\\/])untitled(-\d+)?\.toml$/;
 const RUNS = "not while the simulation runs: a stop takes back what was changed since the start";
 
 /**
@@ -182,4 +186,17 @@ watchEdits(async ({ recovery, file }) => {
   const chosen = await choose("Restore unsaved changes?", [text], ["Restore", "Discard", "Later"]);
   if (chosen === "Restore" || chosen === "Discard") await call("tatu.recover", chosen === "Restore").catch(tell);
 });
-on("again", () => { offered = ""; });
+
+// A program that was started again without the scene that was open here opens it, so that its copy is offered.
+let before = "";
+on("again", ({ restarted }) => {
+  offered = "";
+  if (restarted) before = known.file;
+});
+watchEdits(async ({ file }) => {
+  const was = before;
+  before = "";
+  if (!was || !rights.acts || !NOTHING.test(file) || NOTHING.test(was)) return;
+  const opening = UNTITLED.test(was) ? call("tatu.newScene") : request({ type: "open", file: was }, `opening ${was}`);
+  await opening.catch(tell);
+});

@@ -90,8 +90,9 @@ export function fit(objects) {
   for (const object of objects ?? []) box.expandByObject(object);
   if (box.isEmpty()) return;
   const center = box.getCenter(new THREE.Vector3());
-  // A robot alone needs room to drive.
-  const radius = Math.max(objects ? 0.1 : 0.7, box.getSize(new THREE.Vector3()).length() / 2);
+  const size = box.getSize(new THREE.Vector3()).length();
+  // A robot alone needs room to drive, and a floor alone room to build on.
+  const radius = Math.max(objects ? 0.1 : size > 0 ? 0.7 : 2.5, size / 2);
   const away = new THREE.Vector3(0.55, -0.75, 0.5).normalize();
   camera.position.copy(center).addScaledVector(away, radius / Math.sin((camera.fov * Math.PI) / 360));
   controls.target.copy(center);
