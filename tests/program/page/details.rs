@@ -166,6 +166,9 @@ fn every_value_is_shown_as_people_read_it() {
     // A parent is a link that selects it; it stays in place once the slider above it is there.
     shown.details_of("Pioneer_p3dx_leftMotor");
     shown.page.until("document.querySelectorAll('.joints:not([hidden]) .joint').length === 1");
+    shown
+        .page
+        .js("document.querySelector(\"#rows [data-key='object.parent'] .link\").scrollIntoView({ block: 'center' })");
     shown.page.click_on("#rows [data-key='object.parent'] .link");
     shown.page.until("document.getElementById('what').textContent.startsWith('Pioneer_p3dx ')");
     shown.end();
