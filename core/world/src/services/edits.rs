@@ -13,7 +13,7 @@ use super::{
 };
 use crate::{
     cell::{Function, WorldCell},
-    state::{edits, recovery, source},
+    state::{edits, recovery, saving},
 };
 
 pub static TABLE: tatu_host_edits = tatu_host_edits {
@@ -82,7 +82,7 @@ extern "C" fn save(w: WorldRef<'_>, file: Lent<'_>, flags: u32) -> tatu_status {
         free(world)?;
         let is_script = world.run.calls.caller.get().script != 0;
         let path = PathBuf::from(file.text().into_owned());
-        if is_script && (file.bytes().is_empty() || source::is_own(world, &path)) {
+        if is_script && (file.bytes().is_empty() || saving::is_own(world, &path)) {
             let text =
                 "only the page, remote clients and the program save into the scene's own file; name another file";
             return Err(world.run.calls.refuse(TATU_ERR_UNSUPPORTED, text));
@@ -91,7 +91,7 @@ extern "C" fn save(w: WorldRef<'_>, file: Lent<'_>, flags: u32) -> tatu_status {
         if world.run.outside.replay.borrow().is_some() {
             return Ok(());
         }
-        source::save(world, &path, flags & TATU_SAVE_OVER != 0).map_err(|e| refuse(world, &e))
+        saving::save(world, &path, flags & TATU_SAVE_OVER != 0).map_err(|e| refuse(world, &e))
     })
 }
 

@@ -5,7 +5,7 @@
 //! - `snapshot`, `restore`: taking and restoring it;
 //! - `image`: the serialized parts of a world;
 //! - `memento`: states to which a stop or an undo returns; `edits`: edits, undone and redone;
-//! - `source`: saving an edited scene into its file; `recovery`: copies of unsaved edits;
+//! - `source`: an edited scene as its file; `saving`: writing it; `recovery`: copies of unsaved edits;
 //! - `document`: the fingerprint of a scene; `save`: a world as a document; `whole`: atomic writing of files.
 //!
 //! If a plugin cannot save its state, a world can be restored by *replay*: a new world of the same scene is run up to
@@ -20,8 +20,9 @@ pub(crate) mod memento;
 pub(crate) mod recovery;
 pub(crate) mod restore;
 pub(crate) mod save;
+pub(crate) mod saving;
 mod snapshot;
-pub(crate) mod source;
+mod source;
 mod whole;
 
 pub use crate::instances::Missed;

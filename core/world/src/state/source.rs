@@ -1,8 +1,8 @@
-//! Saving an edited scene into the file that it was opened from, of which everything else stays as it is written.
+//! An edited scene as the file that it was opened from, of which everything else stays as it is written.
 
 use std::{
     collections::{BTreeMap, BTreeSet},
-    fs, io,
+    fs,
     path::{Path, PathBuf},
     sync::Arc,
 };
@@ -18,7 +18,7 @@ use tatu_scene::{
     rows::Row,
 };
 
-use super::{edits, memento::capture, recovery, write_whole};
+use super::memento::capture;
 use crate::cell::{WorldCell, history::Memento};
 
 /// Most rounds of changes: one for each level of models in models that were added, and some to spare.
@@ -30,80 +30,6 @@ pub(super) struct Saved {
     document: Arc<Document>,
     /// The slot of each object of the document.
     slots: Vec<u32>,
-}
-
-/// Saves the scene as it is while stopped: into its own file if `file` is empty, otherwise into that file, which becomes
-/// the scene's own. A file that has changed on disk is replaced only if `over` is set.
-pub(crate) fn save(cell: &WorldCell, file: &Path, over: bool) -> Result {
-    let own = cell.model.document.file.clone();
-    let target = match (file.as_os_str().is_empty(), &own) {
-        (false, _) => file.to_owned(),
-        (true, Some(own)) => own.clone(),
-        (true, None) => return Err(Error::new("E105", "the scene has no file").help("save it under a name")),
-    };
-    if target.extension().is_none_or(|e| e != "toml") {
-        let text = format!("{} cannot be written: scenes are saved as `.toml` files", target.display());
-        return Err(Error::new("E105", text).help("save it under another name"));
-    }
-    let same = is_own(cell, &target);
-    let target = own.filter(|_| same).unwrap_or(target);
-    if !same && !over && target.symlink_metadata().is_ok() {
-        let text = format!("{} exists already", target.display());
-        return Err(Error::new("E125", text).help("save under another name, or replace the file"));
-    }
-    if same && !over {
-        unchanged_on_disk(cell, &target)?;
-    }
-    let state = stopped(cell);
-    let saved = match in_place(cell, &state, &target) {
-        Ok(saved) => saved,
-        Err(e) if same => return Err(e),
-        // Under another name, nothing is lost by writing every object on its own.
-        Err(_) => flat(cell, &state, &target)?,
-    };
-    if same && !over {
-        files_unchanged(cell, &target, &saved.written)?;
-    }
-    document::save(&target, &saved.written, &write_whole)?;
-    // The copy is of the file that was saved, or of the one that the scene has left.
-    recovery::discard_own(cell)?;
-    adopt(cell, saved, &state.scene);
-    cell.model.history.borrow_mut().note_saved();
-    edits::tell(cell);
-    Ok(())
-}
-
-/// Returns whether a file is the scene's own, by whatever path.
-pub(crate) fn is_own(cell: &WorldCell, file: &Path) -> bool {
-    let real = |p: &Path| fs::canonicalize(p).or_else(|_| std::path::absolute(p)).ok();
-    cell.model.document.file.as_deref().is_some_and(|own| own == file || real(own) == real(file))
-}
-
-/// Checks that the separate files that are about to be replaced are as they were read.
-fn files_unchanged(cell: &WorldCell, scene: &Path, written: &Written) -> Result {
-    let (folder, sources) = (scene.parent().unwrap_or(Path::new("")), &cell.model.document.sources);
-    for (name, _) in &written.files {
-        let path = folder.join(name);
-        let Ok(now) = fs::read(&path) else { continue };
-        if !sources.are_recovered() && sources.has(&path) && sources.read(&path).is_ok_and(|then| then != now) {
-            let text = format!("{} has changed on disk since it was opened", path.display());
-            return Err(Error::new("E125", text).help("save under another name, or replace the file"));
-        }
-    }
-    Ok(())
-}
-
-/// Checks that the scene's file is as it was read, or as it was when a copy of it was recovered.
-fn unchanged_on_disk(cell: &WorldCell, file: &Path) -> Result {
-    let sources = &cell.model.document.sources;
-    let now = fs::read(file);
-    let is_new = matches!(&now, Err(e) if e.kind() == io::ErrorKind::NotFound);
-    let read = if sources.are_recovered() { recovery::on_disk_then(file) } else { file.to_owned() };
-    if is_new || now.ok() == sources.read(&read).ok() {
-        return Ok(());
-    }
-    let text = format!("{} has changed on disk since it was opened", file.display());
-    Err(Error::new("E125", text).help("save under another name, or replace the file"))
 }
 
 /// Returns the scene as it is while stopped. Texts of scripts that were changed in the run are new.
@@ -255,7 +181,7 @@ fn read(cell: &WorldCell, target: &Path, text: &str, files: &BTreeMap<String, Ve
 }
 
 /// Makes a saved file the one that the scene was made from.
-fn adopt(cell: &WorldCell, saved: Saved, scene: &Scene) {
+pub(super) fn adopt(cell: &WorldCell, saved: Saved, scene: &Scene) {
     let origins = saved.slots.iter().map(|slot| if *slot == 0 { 0 } else { scene.id(*slot) }).collect();
     *cell.model.origins.borrow_mut() = origins;
     cell.model.document.set(saved.document);
