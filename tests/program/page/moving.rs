@@ -159,10 +159,9 @@ fn a_push_moves_a_robot_and_does_not_tip_it() {
         shown.page.until("document.querySelector('.push').hidden");
     }
     let tilt = shown.page.js("globalThis.tilt").as_f64().unwrap();
-    // On a busy machine frames are late, and so is the force; it does not fall all the same.
-    assert!(tilt < 30.0, "tilted by {tilt} degrees");
+    assert!(tilt < 15.0, "tilted by {tilt} degrees");
     // A longer push overcomes the brakes of its wheels.
-    let place = "get('Pioneer_p3dx', 'object.position').then(([x, y]) => Math.hypot(x - at[0], y - at[1]) > 0.01)";
+    let place = "get('Pioneer_p3dx', 'object.position').then(([x, y]) => Math.hypot(x - at[0], y - at[1]) > 0.05)";
     shown.ask("(async () => { globalThis.at = await get('Pioneer_p3dx', 'object.position'); })()");
     let from = shown.pixel("Pioneer_p3dx", [0.0, 0.0, 0.095]);
     let to = [from[0] + 150.0, from[1]];

@@ -250,7 +250,11 @@ fn a_file_that_others_changed_is_not_overwritten_unasked() {
 #[test]
 fn a_stop_takes_back_what_was_edited_in_a_run() {
     let place = place();
-    place.write("cup.lua", "function sysCall_init() sim.setShapeColor(sim.getObject('/floor'), nil, 0, {1, 0, 0}) end");
+    place.write(
+        "cup.lua",
+        "function sysCall_init() sim.setShapeColor(sim.getObject('/floor'), nil, 0, {1, 0, 0}) \
+                  sim.writeCustomDataBlock(sim.handle_scene, 'found', 'by a script') end",
+    );
     let mut e = Editor::open(&place, &[]);
     let (cup, table) = (e.find("/table/cup"), e.find("/table"));
     e.edit("Move table", json!([["tatu.set", table, "object.position", [1, 0, 0.35]]]));

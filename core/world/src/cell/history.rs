@@ -19,6 +19,9 @@ const MOST_BYTES: usize = 256 << 20;
 /// Bytes of an object in a state: `estimate`, the size of a slot, its transforms and its boxed data.
 const OBJECT_BYTES: usize = 1000;
 
+/// Stands for the world itself among uids of objects, which begin at 1.
+pub(crate) const WORLD: u64 = 0;
+
 /// A state of the scene to which a stop or an undo returns.
 #[derive(Clone)]
 pub(crate) struct Memento {

@@ -87,8 +87,9 @@ extern "C" fn save(w: WorldRef<'_>, file: Lent<'_>, flags: u32) -> tatu_status {
                 "only the page, remote clients and the program save into the scene's own file; name another file";
             return Err(world.run.calls.refuse(TATU_ERR_UNSUPPORTED, text));
         }
-        // A replay computes again, and writes nothing.
+        // A replay computes again, and writes nothing; but what follows a save is an edit of its own.
         if world.run.outside.replay.borrow().is_some() {
+            world.model.history.borrow_mut().note_saved();
             return Ok(());
         }
         saving::save(world, &path, flags & TATU_SAVE_OVER != 0).map_err(|e| refuse(world, &e))

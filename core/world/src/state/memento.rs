@@ -7,7 +7,10 @@ use tatu_scene::{Data, Dynamics, Scene, rows::Row};
 
 use super::save::script_list;
 use crate::{
-    cell::{Model, Scripts, WorldCell, history::Memento},
+    cell::{
+        Model, Scripts, WorldCell,
+        history::{Memento, WORLD},
+    },
     instances::{devices_now, remake_devices},
 };
 
@@ -67,18 +70,17 @@ const LEFT: &[Row] = &[Row::Name, Row::Layer, Row::Notes, Row::Color, Row::Mass,
 fn leave_unchanged(initial: &mut Scene, scene: &Scene) -> Vec<((u64, Row), Value)> {
     let mut made = Vec::new();
     for (slot, now) in scene.slots() {
-        if initial.get(slot).is_some_and(|o| o.uid == now.uid) {
-            for row in LEFT {
-                let value = tatu_scene::get(scene, slot, *row).ok();
-                if value != tatu_scene::get(initial, slot, *row).ok() {
-                    made.extend(value.map(|v| ((now.uid, *row), v)));
-                }
+        if initial.get(slot).is_none_or(|o| o.uid != now.uid) {
+            continue;
+        }
+        for row in LEFT {
+            let value = tatu_scene::get(scene, slot, *row).ok();
+            if value != tatu_scene::get(initial, slot, *row).ok() {
+                made.extend(value.map(|v| ((now.uid, *row), v)));
             }
         }
-        if initial.get(slot).is_some_and(|o| o.uid == now.uid) {
-            initial.set_name(slot, now.alias(), now.suffix());
-        }
-        if let Some(then) = initial.get_mut(slot).filter(|o| o.uid == now.uid) {
+        initial.set_name(slot, now.alias(), now.suffix());
+        if let Some(then) = initial.get_mut(slot) {
             then.layer = now.layer;
             leave(&mut then.notes, &now.notes);
             if let (Data::Shape(then), Data::Shape(now)) = (&mut then.data, &now.data) {
@@ -86,7 +88,10 @@ fn leave_unchanged(initial: &mut Scene, scene: &Scene) -> Vec<((u64, Row), Value
             }
         }
     }
-    leave(&mut initial.notes, &scene.notes);
+    if initial.notes != scene.notes {
+        leave(&mut initial.notes, &scene.notes);
+        made.push(((WORLD, Row::WorldNotes), tatu_scene::notes_value(&initial.notes)));
+    }
     made
 }
 

@@ -19,7 +19,10 @@ use tatu_scene::{
 };
 
 use super::memento::capture;
-use crate::cell::{WorldCell, history::Memento};
+use crate::cell::{
+    WorldCell,
+    history::{Memento, WORLD},
+};
 
 /// Most rounds of changes: one for each level of models in models that were added, and some to spare.
 const MOST_ROUNDS: usize = 6;
@@ -102,9 +105,9 @@ fn round(
     (folder, taken): (&str, &BTreeSet<String>),
 ) -> Result<document::Patched> {
     let scene = &state.scene;
-    let (device, scripts) = (|slot| device_of(cell, state, slot), |slot| scripts_of(state, slot));
-    let beside = Beside { device: &device, scripts: &scripts };
-    let uid = |slot: u32| scene.get(slot).map(|o| o.uid);
+    let parts = Parts::of(cell, state);
+    let beside = Beside { device: &|slot| parts.device(slot), scripts: &|slot| parts.scripts(slot) };
+    let uid = |slot: u32| if slot == 0 { Some(WORLD) } else { scene.get(slot).map(|o| o.uid) };
     let bases = scene.slots().filter_map(|(slot, o)| Some((slot, state.models.get(&o.uid)?.clone())));
     let history = cell.model.history.borrow();
     let is_foreign = |slot: u32, row: Row, value: &Value| {
@@ -126,10 +129,10 @@ fn round(
 
 /// Returns the scene as a file in which every object is written on its own.
 pub(super) fn flat(cell: &WorldCell, state: &Memento, target: &Path) -> Result<Saved> {
-    let (device, scripts) = (|slot| device_of(cell, state, slot), |slot| scripts_of(state, slot));
+    let parts = Parts::of(cell, state);
     let mut settings = state.settings.clone();
     settings.allow.clear();
-    let beside = Beside { device: &device, scripts: &scripts };
+    let beside = Beside { device: &|slot| parts.device(slot), scripts: &|slot| parts.scripts(slot) };
     let mut document = Document::of_scene(&state.scene, 0, settings, &beside);
     document.services = own_services(cell);
     let written = document::write(&document, &cell.model.registry, &folder_beside(target))?;
@@ -236,21 +239,35 @@ fn recovered_files(document: &Document, target: &Path, written: &Written) -> Vec
     out
 }
 
-/// Returns the device of an object in a captured state.
-fn device_of(cell: &WorldCell, state: &Memento, slot: u32) -> Option<DeviceSpec> {
-    let mut device = state.devices.iter().find(|(s, _)| *s == slot).map(|(_, d)| d.clone())?;
-    if let Some(Data::Actuator(a)) = state.scene.get(slot).map(|o| &o.data) {
-        let kind = &cell.model.registry.actuators[device.kind];
-        let commands = kind.commands.iter().map(|c| c.key.clone());
-        device.params.extend(commands.zip(a.commands.iter().map(|x| Value::Float(*x))));
-    }
-    Some(device)
+/// Devices and scripts of a captured state, by slot.
+struct Parts<'a> {
+    cell: &'a WorldCell,
+    scene: &'a Scene,
+    devices: BTreeMap<u32, &'a DeviceSpec>,
+    scripts: BTreeMap<u32, &'a ScriptSpec>,
 }
 
-/// Returns the scripts of an object in a captured state.
-fn scripts_of(state: &Memento, slot: u32) -> Vec<ScriptSpec> {
-    let of = |s: u32| state.scripts.iter().find(|(known, _)| *known == s).map(|(_, spec)| spec.clone());
-    state.scene.scripts(slot).into_iter().filter_map(of).collect()
+impl<'a> Parts<'a> {
+    fn of(cell: &'a WorldCell, state: &'a Memento) -> Self {
+        let devices = state.devices.iter().map(|(slot, spec)| (*slot, spec)).collect();
+        let scripts = state.scripts.iter().map(|(slot, spec)| (*slot, spec)).collect();
+        Parts { cell, scene: &state.scene, devices, scripts }
+    }
+    /// Returns the device of an object, with the commands of an actuator.
+    fn device(&self, slot: u32) -> Option<DeviceSpec> {
+        let mut device = (*self.devices.get(&slot)?).clone();
+        if let Some(Data::Actuator(a)) = self.scene.get(slot).map(|o| &o.data) {
+            let kind = &self.cell.model.registry.actuators[device.kind];
+            let commands = kind.commands.iter().map(|c| c.key.clone());
+            device.params.extend(commands.zip(a.commands.iter().map(|x| Value::Float(*x))));
+        }
+        Some(device)
+    }
+    /// Returns the scripts of an object.
+    fn scripts(&self, slot: u32) -> Vec<ScriptSpec> {
+        let all = self.scene.scripts(slot).into_iter().filter_map(|s| self.scripts.get(&s));
+        all.map(|spec| (*spec).clone()).collect()
+    }
 }
 
 /// The file of the scene.

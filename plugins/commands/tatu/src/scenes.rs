@@ -3,7 +3,7 @@
 
 use tatu_plugin_api::{
     abi::*,
-    safe::{Fail, Offer, Param, Value},
+    safe::{Fail, Offer, Param, Value, ValueRef, World},
 };
 
 use crate::plugin::{Cmd, Ctx, Tatu};
@@ -16,16 +16,24 @@ fn object(c: &Ctx<'_>, i: usize) -> tatu_plugin_api::safe::Result<tatu_object> {
     }
 }
 
+/// Returns all that `nth` has, from 0 on, as a list.
+fn list<'a>(
+    c: &mut Ctx<'a>,
+    nth: impl Fn(&World<'a>, u32) -> tatu_plugin_api::safe::Result<Option<ValueRef<'a>>>,
+) -> tatu_plugin_api::safe::Result {
+    let mut all = Vec::new();
+    while let Some(value) = nth(&c.world(), all.len() as u32)? {
+        all.push(value.to_value()?);
+    }
+    c.ret(Value::List(all));
+    Ok(())
+}
+
 pub(crate) fn offer(offer: &mut Offer<Tatu>) {
     offer.command(
         Cmd::new("tatu.properties", |c| {
             let object = object(c, 0)?;
-            let mut all = Vec::new();
-            while let Some(row) = c.world().row(object, all.len() as u32)? {
-                all.push(row.to_value()?);
-            }
-            c.ret(Value::List(all));
-            Ok(())
+            list(c, |world, n| world.row(object, n))
         })
         .param(Param::int("object").text("a handle; 0: the world"))
         .returns(Param::any("properties").text("a table for each: key, type, count, unit, settable, choices, text"))
@@ -33,30 +41,16 @@ pub(crate) fn offer(offer: &mut Offer<Tatu>) {
         .example("for _, p in ipairs(tatu.properties(0)) do assert(p.key:find('scene.') == 1) end"),
     );
     offer.command(
-        Cmd::new("tatu.models", |c| {
-            let mut all = Vec::new();
-            while let Some(model) = c.world().model(all.len() as u32)? {
-                all.push(model.to_value()?);
-            }
-            c.ret(Value::List(all));
-            Ok(())
-        })
-        .returns(Param::any("models").text("a table for each: id, text"))
-        .text("Lists the models that plugins offer, and those in folders for models.")
-        .example("assert(#tatu.models() > 0)"),
+        Cmd::new("tatu.models", |c| list(c, |world, n| world.model(n)))
+            .returns(Param::any("models").text("a table for each: id, text"))
+            .text("Lists the models that plugins offer, and those in folders for models.")
+            .example("assert(#tatu.models() > 0)"),
     );
     offer.command(
-        Cmd::new("tatu.kinds", |c| {
-            let mut all = Vec::new();
-            while let Some(kind) = c.world().kind(all.len() as u32)? {
-                all.push(kind.to_value()?);
-            }
-            c.ret(Value::List(all));
-            Ok(())
-        })
-        .returns(Param::any("kinds").text("a table for each: object (sensor or actuator), id, text"))
-        .text("Lists the kinds of sensors and actuators that plugins offer, for `tatu.add`.")
-        .example("for _, k in ipairs(tatu.kinds()) do assert(k.object == 'sensor' or k.object == 'actuator') end"),
+        Cmd::new("tatu.kinds", |c| list(c, |world, n| world.kind(n)))
+            .returns(Param::any("kinds").text("a table for each: object (sensor or actuator), id, text"))
+            .text("Lists the kinds of sensors and actuators that plugins offer, for `tatu.add`.")
+            .example("for _, k in ipairs(tatu.kinds()) do assert(k.object == 'sensor' or k.object == 'actuator') end"),
     );
     offer.command(
         Cmd::new("tatu.addModel", |c| {

@@ -3,7 +3,8 @@
 //! - this module: [`patch`], one round of it; `edited`: what it takes and returns;
 //! - `diff`: what differs between a document and the scene that was made of it;
 //! - `entries`: which table of the file an object comes from;
-//! - `tables`: changing tables; `added`: objects that are not in the file yet; `scripts`: scripts and their files.
+//! - `tables`: changing tables; `removed`: taking them out; `added`: objects that are not in the file yet; `scripts`:
+//!   scripts and their files.
 //!
 //! An object that a table describes is changed in that table. What is changed below the base of a model is listed in
 //! `[set]`, and what is taken out of it in `remove`. A model that was added is placed as a model: the next round finds
@@ -13,6 +14,7 @@ mod added;
 mod diff;
 mod edited;
 mod entries;
+mod removed;
 mod scripts;
 mod tables;
 

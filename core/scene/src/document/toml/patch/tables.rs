@@ -16,7 +16,7 @@ use super::{
 };
 use crate::{
     Scene,
-    document::{Builder, Target, entry::Entry, overrides},
+    document::{Builder, Target, entry::Entry},
     rows::{Row, kind_name},
     to_euler,
 };
@@ -87,89 +87,6 @@ impl Writer<'_> {
         // Numbers among siblings depend on what has been read so far; unique names do not.
         let name = self.named.get(slot).filter(|_| path.contains('[')).map(crate::Object::name);
         name.filter(|n| self.named.find(0, n) == Some(slot)).unwrap_or(path)
-    }
-
-    /// Takes out what was removed: whole tables, and parts of models. Objects that were moved out of a model are
-    /// written as objects of the scene.
-    pub fn remove_entries(&mut self) {
-        let entries = self.entries;
-        for entry in entries.list.iter().filter(|e| entries.stays_listed(e) && e.places) {
-            let objects = &self.edited.document.objects;
-            let gone = |o: usize| entries.of(o) == Some(*entry) && !entries.kept.contains(&o);
-            let tops: Vec<usize> = (entry.first..objects.len())
-                .take_while(|o| entries.of(*o) == Some(*entry))
-                .filter(|o| gone(*o) && objects[*o].parent.is_none_or(|p| entries.kept.contains(&p)))
-                .collect();
-            for top in tops {
-                let path = self.below(entry.first, top);
-                if let Some(table) = self.table(entry) {
-                    let list = table.entry("remove").or_insert_with(|| Item::Value(toml_edit::Array::new().into()));
-                    if let Some(list) = list.as_array_mut() {
-                        list.push(path);
-                    }
-                }
-                self.out.changes += 1;
-            }
-        }
-        // From the last on, so that the indices of the others stay.
-        for entry in entries.list.iter().rev().filter(|e| !entries.stays_listed(e)) {
-            if let Some(list) = self.doc.get_mut(entry.what).and_then(Item::as_array_of_tables_mut) {
-                // Indices are kept until all tables have been changed: see `tidy`.
-                if let Some(table) = list.get_mut(entry.index) {
-                    table.clear();
-                    table.insert(GONE, toml_edit::value(true));
-                }
-            }
-            self.out.changes += 1;
-        }
-    }
-
-    /// The path of an object of the document below the base of its model.
-    fn below(&self, base: usize, object: usize) -> String {
-        let document = self.edited.document;
-        let objects = &document.objects;
-        let alias = |i: usize| document.replaced_aliases.get(&i).unwrap_or(&objects[i].alias);
-        let (mut parts, mut at) = (Vec::new(), Some(object));
-        while let Some(o) = at.filter(|o| *o != base) {
-            let alike = |i: &usize| objects[*i].parent == objects[o].parent && alias(*i) == alias(o);
-            let same: Vec<usize> = (0..objects.len()).filter(alike).collect();
-            let index = same.iter().position(|i| *i == o).unwrap_or(0);
-            parts.push(match same.len() {
-                1 => alias(o).clone(),
-                _ => format!("{}[{index}]", alias(o)),
-            });
-            at = objects[o].parent;
-        }
-        parts.reverse();
-        parts.join("/")
-    }
-
-    /// Drops keys of `[set]` whose objects are gone, and renames those whose paths have changed.
-    pub fn clean_set(&mut self) {
-        let document = self.edited.document;
-        // Paths in `[set]` are those before it is applied.
-        let (mut base, slots) = document.instantiate();
-        for (object, alias) in &document.replaced_aliases {
-            base.set_name(slots[*object], alias, -1);
-        }
-        let Some(set) = self.doc.get_mut("set").and_then(Item::as_table_like_mut) else { return };
-        let keys: Vec<String> = set.iter().map(|(k, _)| k.to_owned()).collect();
-        for written in keys {
-            let Some((path, key)) = written.rsplit_once('.').filter(|(p, _)| *p != "scene") else { continue };
-            let found = base.find(0, path).and_then(|slot| slots.iter().position(|s| *s == slot));
-            let Some(object) = found.or_else(|| overrides::find(document, None, path).ok()) else { continue };
-            let now = self.entries.kept.contains(&object).then(|| self.named.path(self.edited.slots[object]));
-            let moved = |now: &str| now != path && self.named.find(0, path) != Some(self.edited.slots[object]);
-            match now {
-                Some(now) if moved(&now) => {
-                    let item = set.remove(&written).unwrap_or_default();
-                    set.insert(&format!("{now}.{key}"), item);
-                }
-                Some(_) => continue,
-                None => drop(set.remove(&written)),
-            }
-            self.out.changes += 1;
-        }
     }
 
     /// Writes what differs in one object.
@@ -388,28 +305,7 @@ impl Writer<'_> {
         }
         out
     }
-
-    /// Removes the tables that were marked as gone.
-    pub fn tidy(&mut self) {
-        for what in ["model", "import", "object"] {
-            let Some(list) = self.doc.get_mut(what).and_then(Item::as_array_of_tables_mut) else { continue };
-            list.retain(|t| !t.contains_key(GONE));
-            if list.is_empty() {
-                self.doc.remove(what);
-            }
-        }
-        let last = self.last_position();
-        match self.doc.get_mut("set").and_then(Item::as_table_mut) {
-            Some(set) if set.is_empty() => drop(self.doc.remove("set")),
-            // A new one comes last.
-            Some(set) if set.position().is_none() => set.set_position(Some(last + 1)),
-            _ => {}
-        }
-    }
 }
-
-/// Marks a table that is to be removed; no key of a scene file has this name.
-const GONE: &str = "\u{0}";
 
 fn rounded(x: f64, digits: f64) -> f64 {
     let near = (x * digits).round() / digits;
