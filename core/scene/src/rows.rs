@@ -235,10 +235,20 @@ impl Row {
 }
 
 impl RowInfo {
+    /// Returns whether objects of a kind have the row, or the world if `kind` is `None`.
+    pub fn is_of(&self, kind: Option<i32>) -> bool {
+        match (self.of, kind) {
+            (Of::World, None) | (Of::Any, Some(_)) => true,
+            (Of::Kind(k), Some(kind)) => k == kind,
+            _ => false,
+        }
+    }
+
     /// Returns the part of the key after the dot.
     pub fn short(&self) -> &'static str {
         self.key.split_once('.').map_or(self.key, |(_, s)| s)
     }
+
     /// Returns the row as a declared parameter, like those of plugins.
     pub fn param(&self) -> tatu_plugins::Declared {
         tatu_plugins::Declared {
@@ -261,12 +271,7 @@ impl RowInfo {
 
 /// Returns the rows that objects of a kind have, or those of the world if `kind` is `None`.
 pub fn rows_of(kind: Option<i32>) -> impl Iterator<Item = &'static RowInfo> {
-    ROWS.iter().skip(1).filter(move |r| match (r.of, kind) {
-        (Of::World, None) => true,
-        (Of::Any, Some(_)) => true,
-        (Of::Kind(k), Some(kind)) => k == kind,
-        _ => false,
-    })
+    ROWS.iter().skip(1).filter(move |r| r.is_of(kind))
 }
 
 /// Kinds of objects by name, as used in scene files and by builders.

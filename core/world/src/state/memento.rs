@@ -73,7 +73,7 @@ fn leave_unchanged(initial: &mut Scene, scene: &Scene) -> Vec<((u64, Row), Value
         if initial.get(slot).is_none_or(|o| o.uid != now.uid) {
             continue;
         }
-        for row in LEFT {
+        for row in LEFT.iter().filter(|r| r.info().is_of(Some(now.kind()))) {
             let value = tatu_scene::get(scene, slot, *row).ok();
             if value != tatu_scene::get(initial, slot, *row).ok() {
                 made.extend(value.map(|v| ((now.uid, *row), v)));
