@@ -36,6 +36,8 @@ pub enum Command {
     /// Describe a plugin, kind of sensor or actuator, model, importer, script language, service, schema, object kind or
     /// command.
     Describe(Describe),
+    /// Measure what a model does, and compare it with its data sheet.
+    Measure(crate::commands::measure::Args),
     /// Render a picture of a scene, or of what one of its sensors measures; no display is needed.
     Look(Look),
     /// Compare two traces: report the first step, and the first object in it, that differ.
@@ -391,7 +393,7 @@ fn angle(text: &str) -> Result<f64, String> {
     found.ok_or_else(|| "expected an angle from 1 to 170 degrees".into())
 }
 
-fn seconds(text: &str) -> Result<f64, String> {
+pub fn seconds(text: &str) -> Result<f64, String> {
     let s: f64 = text.parse().map_err(|_| "expected a number of seconds".to_owned())?;
     if s.is_finite() && s >= 0.0 { Ok(s) } else { Err("expected a number of seconds, at least 0".into()) }
 }

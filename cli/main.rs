@@ -2,6 +2,7 @@
 
 mod addons;
 mod args;
+mod card;
 mod commands;
 #[cfg(all(target_os = "linux", target_env = "gnu"))]
 mod crash;
@@ -34,6 +35,7 @@ fn main() -> ExitCode {
         args::Command::Convert(convert) => commands::convert::convert(&convert),
         args::Command::Describe(describe) => commands::describe::describe(&describe),
         args::Command::List(list) => commands::list::list(&list),
+        args::Command::Measure(measure) => commands::measure::measure(&measure),
         args::Command::Look(look) => commands::look::look(&look),
         args::Command::Lock(lock) => commands::lock::lock(&lock).unwrap_or_else(|e| {
             report::error(&e);

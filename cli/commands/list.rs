@@ -123,14 +123,20 @@ fn models(r: &Registry) -> Vec<Value> {
 
 /// Reads a model that was found in a folder.
 pub fn found_model(r: &Registry, found: &Found) -> Result<Model, Error> {
-    let text = read_plain_text(&found.file, MOST_BYTES)
-        .map_err(|e| Error::new("E105", format!("cannot read the model {}: {e}", found.file.display())))?;
-    r.read_model(&found.id, &found.file, &text)
+    model_at(r, &found.id, &found.file)
+}
+
+/// Reads the file of a model in a folder.
+pub fn model_at(r: &Registry, id: &str, file: &Path) -> Result<Model, Error> {
+    let text = read_plain_text(file, MOST_BYTES)
+        .map_err(|e| Error::new("E105", format!("cannot read the model {}: {e}", file.display())))?;
+    r.read_model(id, file, &text)
 }
 
 /// Describes a slot: its alias, what fits, where it is.
 pub fn slot(s: &Slot) -> Value {
-    json!({ "name": s.alias, "mount": s.mount, "text": s.text })
+    let payload = (s.payload > 0.0).then_some(s.payload);
+    json!({ "name": s.alias, "mount": s.mount, "payload_kg": payload, "text": s.text })
 }
 
 /// Returns the licence of a model, which is that of its plugin unless it says otherwise.

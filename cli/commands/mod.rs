@@ -7,6 +7,7 @@ pub mod diff;
 pub mod list;
 pub mod lock;
 pub mod look;
+pub mod measure;
 pub mod run;
 pub mod serve;
 

@@ -3,6 +3,7 @@
 /// The contents of each file, in TOML.
 pub const FILES: &[&str] = &[
     include_str!("../schemas/battery.toml"),
+    include_str!("../schemas/buoyancy.toml"),
     include_str!("../schemas/contact.toml"),
     include_str!("../schemas/encoder.toml"),
     include_str!("../schemas/gps.toml"),
@@ -10,6 +11,7 @@ pub const FILES: &[&str] = &[
     include_str!("../schemas/magnetic_field.toml"),
     include_str!("../schemas/pressure.toml"),
     include_str!("../schemas/reflectance.toml"),
+    include_str!("../schemas/rotor.toml"),
     include_str!("../schemas/wrench.toml"),
     include_str!("../schemas/color_image.toml"),
     include_str!("../schemas/depth_image.toml"),

@@ -1,5 +1,7 @@
 //! Collects all information about an id, as JSON.
 
+use std::path::Path;
+
 use serde_json::{Value as Json, json};
 use tatu_core::{
     plugins::{
@@ -10,7 +12,10 @@ use tatu_core::{
 use tatu_plugin_api::{abi::*, safe::Value};
 
 use super::{super::list, example};
-use crate::report;
+use crate::{
+    card::{self, Measure, grade::Grade},
+    report,
+};
 
 /// Returns everything that an id names.
 pub fn all(r: &Registry, id: &str) -> Vec<Json> {
@@ -106,8 +111,25 @@ fn model(r: &Registry, m: &Model) -> Json {
     });
     if let Some(file) = &m.file {
         out["file"] = json!(file.display().to_string());
+        card(&mut out, m, file);
     }
     out
+}
+
+/// Adds what the card beside a model's file says. One that cannot be read is a warning.
+fn card(out: &mut Json, m: &Model, file: &Path) {
+    let card = card::read(file).inspect_err(report::warning).ok().flatten();
+    let grade = Grade::of(&m.numbers, card.as_ref());
+    out["grade"] = json!(format!("{}: {}", grade.letter(), grade.text(&m.numbers)));
+    let Some(card) = card else { return };
+    let measure = |m: &Measure| {
+        json!({
+            "name": m.name, "text": m.text, "measured": m.measured, "sheet": m.expected, "unit": m.unit,
+            "within": card::rounded(m.allowed), "source": m.source,
+        })
+    };
+    out["measures"] = card.measures.iter().map(measure).collect();
+    out["not_shown"] = json!(card.not_shown);
 }
 
 /// Describes a model in a folder. One that cannot be read is a warning.

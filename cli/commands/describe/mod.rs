@@ -92,7 +92,7 @@ fn print(fact: &Value) {
     for line in [text("text"), text("frame")].iter().filter(|t| !t.is_empty()) {
         report::out!("  {line}");
     }
-    for key in ["version", "category", "licence", "abi", "path", "file", "no_wait"] {
+    for key in ["version", "category", "licence", "abi", "path", "file", "grade", "no_wait"] {
         if let Some(t) = fact[key].as_str().filter(|t| !t.is_empty()) {
             report::out!("  {}: {t}", key.replace('_', " "));
         }
@@ -102,6 +102,7 @@ fn print(fact: &Value) {
         "schemas",
         "suffixes",
         "mounts",
+        "not_shown",
         "sensors",
         "actuators",
         "models",
@@ -109,10 +110,11 @@ fn print(fact: &Value) {
         "languages",
         "services",
     ] {
-        names(key, &fact[key]);
+        names(&key.replace('_', " "), &fact[key]);
     }
-    section("slots", &fact["slots"], &["name", "mount", "text"]);
+    section("slots", &fact["slots"], &["name", "mount", "payload_kg", "text"]);
     section("parameters", &fact["parameters"], &["name", "type", "unit", "range", "default", "text"]);
+    section("measures", &fact["measures"], &["text", "measured", "sheet", "unit", "within", "source"]);
     section("numbers", &fact["numbers"], &["name", "value", "unit", "source"]);
     section("controls", &fact["controls"], &["name", "type", "unit", "range", "default", "text"]);
     section("returns", &fact["returns"], &["name", "type", "unit", "text"]);

@@ -106,6 +106,7 @@ typedef struct tatu_model_slot {
   const char *alias; /* alias of the object */
   const char *mount; /* what fits: a name such as "iso9409-50-4-m6"; null: anything */
   const char *text;  /* where it is, one sentence; null: none */
+  double payload;    /* greatest mass that may be attached, kg, for a warning; 0: not stated */
 } tatu_model_slot;
 
 /* A constant of a model, for people: where a number comes from. */

@@ -448,6 +448,7 @@ pub struct tatu_model_slot {
     pub alias: *const c_char,
     pub mount: *const c_char,
     pub text: *const c_char,
+    pub payload: f64,
 }
 
 #[repr(C)]

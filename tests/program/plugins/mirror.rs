@@ -89,7 +89,7 @@ mirror! {
     tatu_actuator { size, flags, n_commands, reserved, id, text, params, commands, life, apply, schemas, fields }
     tatu_ext_actuator { size, reserved, kinds }
     tatu_builder { size, reserved, ctx, object, set, mesh, image, script, device, report, file, describe, model, scene }
-    tatu_model_slot { size, reserved, alias, mount, text }
+    tatu_model_slot { size, reserved, alias, mount, text, payload }
     tatu_model_number { size, reserved, name, value, unit, source }
     tatu_model {
         size, flags, id, text, params, slots, build, category, licence, mounts, slot_infos, numbers

@@ -43,7 +43,7 @@ pub(super) unsafe fn declared(plugin: usize, id: String, given: *const tatu_mode
         let infos: Vec<Slot> = tables::list(raw.slot_infos).into_iter().map(|(_, s)| slot(&s)).collect();
         let slots = tables::labels(raw.slots).into_iter().map(|alias| {
             let info = infos.iter().find(|s| s.alias == alias).cloned();
-            info.unwrap_or(Slot { alias, mount: String::new(), text: String::new() })
+            info.unwrap_or(Slot { alias, ..Slot::default() })
         });
         let text = |t| tables::text(t).unwrap_or_default();
         let number = |n: &tatu_model_number| ModelNumber {
@@ -76,6 +76,7 @@ unsafe fn slot(s: &tatu_model_slot) -> Slot {
             alias: tables::label(s.alias).unwrap_or_default(),
             mount: tables::label(s.mount).unwrap_or_default(),
             text: tables::text(s.text).unwrap_or_default(),
+            payload: s.payload,
         }
     }
 }

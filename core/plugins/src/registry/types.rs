@@ -105,7 +105,7 @@ pub(super) type ReadModel =
     unsafe extern "C" fn(*mut c_void, tatu_str, tatu_str, *mut *const tatu_model, *mut tatu_error) -> tatu_status;
 
 /// A place of a model to which others can be attached.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, Default, PartialEq)]
 pub struct Slot {
     /// Alias of the object.
     pub alias: String,
@@ -113,6 +113,8 @@ pub struct Slot {
     pub mount: String,
     /// Where it is, one sentence; may be empty.
     pub text: String,
+    /// Greatest mass that may be attached, kg; 0 if it is not stated.
+    pub payload: f64,
 }
 
 /// A constant of a model, and where it comes from.

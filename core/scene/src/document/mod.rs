@@ -33,7 +33,10 @@ mod toml;
 use std::{collections::BTreeMap, path::PathBuf, sync::Arc};
 
 use nalgebra::Isometry3;
-use tatu_plugin_api::{abi::TATU_REPORT_NOTE, safe::Value};
+use tatu_plugin_api::{
+    abi::{TATU_REPORT_NOTE, TATU_REPORT_WARNING},
+    safe::Value,
+};
 
 pub use build::Builder;
 pub use change::{Override, ScriptOverride};
@@ -156,6 +159,11 @@ impl Report {
     pub fn note(text: String) -> Self {
         Report { severity: TATU_REPORT_NOTE, text }
     }
+
+    /// Creates a warning.
+    pub fn warning(text: String) -> Self {
+        Report { severity: TATU_REPORT_WARNING, text }
+    }
 }
 
 /// Description of a complete scene.
@@ -251,6 +259,18 @@ impl Document {
         scene.notes.clone_from(&self.notes);
         scene.refresh(0);
         (scene, slots)
+    }
+
+    /// Returns the mass of an object, kg; 0 if forces do not move it.
+    fn mass(&self, spec: &ObjectSpec) -> f64 {
+        let last = |row: Row| spec.rows.iter().rev().find(|(r, _)| *r == row).map(|(_, v)| v);
+        if !matches!(last(Row::Dynamic), Some(Value::Bool(true))) {
+            return 0.0;
+        }
+        match last(Row::Mass) {
+            Some(Value::Float(mass)) => *mass,
+            _ => crate::forms::default_mass(&self.shape(spec)),
+        }
     }
 
     /// Adds the objects to a tree below `above` (0 for the world), with only their aliases as names. Returns the slot

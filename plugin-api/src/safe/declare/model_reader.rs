@@ -52,6 +52,8 @@ pub struct ModelSlot {
     pub mount: String,
     /// Where it is, one sentence.
     pub text: String,
+    /// Greatest mass that may be attached, kg, above which the host warns; 0 if it is not stated.
+    pub payload: f64,
 }
 
 /// A constant of a model, and where it comes from.
@@ -117,6 +119,7 @@ fn table<R: ModelReader>(keep: &mut Keep, name: &str, info: &ModelInfo) -> tatu_
             alias: keep.text(&s.alias),
             mount: optional(keep, &s.mount),
             text: optional(keep, &s.text),
+            payload: s.payload,
         };
         keep.table(raw)
     };

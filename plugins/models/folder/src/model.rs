@@ -119,15 +119,24 @@ fn slots(model: &dyn TableLike, entries: &[Entry]) -> Result<Vec<ModelSlot>> {
     let mut out = Vec::new();
     let aliases = || entries.iter().filter_map(|e| e.alias.as_deref());
     for (alias, table, place) in each(sub_table(model, "slots")?, "a slot")? {
-        only(table, &["mount", "text"], &format!("the slot `{alias}`"))?;
+        only(table, &["mount", "text", "payload_kg"], &format!("the slot `{alias}`"))?;
         if aliases().all(|a| a != alias) && !entries.iter().any(|e| e.opaque || e.repeat.is_some()) {
             let wrong = Wrong::new(format!("no object has the alias `{alias}` of the slot"));
             return Err(wrong.known(alias, aliases()).at(place));
         }
         let (mount, text) = (optional(table, "mount")?, optional(table, "text")?);
-        out.push(ModelSlot { alias: alias.to_owned(), mount, text });
+        out.push(ModelSlot { alias: alias.to_owned(), mount, text, payload: payload(table)? });
     }
     Ok(out)
+}
+
+/// Returns the payload of a slot, kg; 0 if none is given.
+fn payload(table: &dyn TableLike) -> Result<f64> {
+    let Some(item) = table.get("payload_kg") else { return Ok(0.0) };
+    let number = item.as_float().or_else(|| item.as_integer().map(|i| i as f64)).filter(|x| x.is_finite() && *x > 0.0);
+    number.ok_or_else(|| {
+        Wrong::new("`payload_kg`: expected a mass in kg, greater than 0").at(named_at(table, Some("payload_kg")))
+    })
 }
 
 /// Returns the index of the base: the entry that `base` names, or the first one.

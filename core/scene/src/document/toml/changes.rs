@@ -7,7 +7,7 @@ use tatu_plugins::{Model, Slot};
 use toml_edit::{Item, TableLike};
 
 use super::{
-    super::{Builder, overrides, scripts},
+    super::{Builder, Report, overrides, scripts},
     Reader,
 };
 
@@ -34,6 +34,17 @@ impl Mounted<'_> {
             model.mounts.join("`, `")
         );
         Err(Error::new("E102", text).expected(format!("a model that is mounted by `{mount}`")))
+    }
+
+    /// Warns if the objects from an index on, which were put into the slot, are heavier than its payload.
+    fn weigh(&self, b: &mut Builder<'_>, from: usize) {
+        let payload = self.slot.payload;
+        let mass: f64 = b.document.objects[from..].iter().map(|o| b.document.mass(o)).sum();
+        if payload > 0.0 && mass > payload {
+            let (model, slot) = (self.model, &self.slot.alias);
+            let text = format!("the slot `{slot}` of `{model}` carries {mass:.3} kg; its payload is {payload} kg");
+            b.document.reports.push(Report::warning(text));
+        }
     }
 }
 
@@ -65,9 +76,11 @@ impl Reader<'_> {
                 let at = || Some(self.text.key(into, name));
                 let (slot, object) = slot(b, (id, slots), name, base).map_err(|e| e.at(at()))?;
                 let mounted = slot.map(|slot| Mounted { model: id, slot });
+                let from = b.document.objects.len();
                 for entry in self.entries(into, name, item)? {
                     self.part(b, entry, object, mounted)?;
                 }
+                mounted.inspect(|m| m.weigh(b, from));
             }
         }
         scripts::read(&self.text, b, table, base)?;

@@ -1,0 +1,214 @@
+//! `tatu measure`: measures what a model does, and compares it with the model's data sheet.
+//!
+//! Each function of the model's `card.lua` runs in a world of its own, which holds a floor and the model.
+
+use std::{
+    path::{Path, PathBuf},
+    process::ExitCode,
+    sync::Arc,
+};
+
+use serde_json::{Value as Json, json};
+use tatu_core::{
+    World,
+    document::{self, Options, Sources},
+    errors::Error,
+    plugins::Registry,
+};
+use tatu_plugin_api::{
+    abi::TATU_LOG_ERROR,
+    safe::{MOST_BYTES, Value, read_plain_text},
+};
+use toml_edit::{ArrayOfTables, DocumentMut, Item, Table, value};
+
+use super::list;
+use crate::{
+    card::{self, Measure, grade::Grade, rounded},
+    report,
+    table::table,
+    watchdog::Watchdog,
+};
+
+/// Measure what a model does, by the functions of its card, and compare it with its data sheet.
+#[derive(clap::Args)]
+#[command(after_help = "Examples:\n  tatu measure bubblerob\n  tatu measure models/my_robot --write")]
+pub struct Args {
+    /// The model: its id, its folder or its file.
+    pub model: String,
+    /// Only these measures.
+    #[arg(long, value_name = "NAME")]
+    pub only: Vec<String>,
+    /// Write what was measured into the card.
+    #[arg(long)]
+    pub write: bool,
+    /// Print JSON.
+    #[arg(long)]
+    pub json: bool,
+    /// Seconds of real time after which a plugin call that has not returned ends the program; 0: never.
+    #[arg(long, value_name = "S", default_value_t = 60.0, value_parser = crate::args::seconds)]
+    pub watchdog: f64,
+}
+
+/// Functions that measures share.
+const SHARED: &str = include_str!("../card/measure.lua");
+/// The signal that carries a value out of the world.
+const SIGNAL: &str = "measured";
+
+/// Measures a model. The exit code is 0 if all measures are as the sheet and the card say, 1 if not, 2 if nothing could be
+/// measured.
+pub fn measure(args: &Args) -> ExitCode {
+    let watchdog = Watchdog::start(args.watchdog, false);
+    let done = super::registry(None, &Sources::default(), &[], &watchdog).and_then(|registry| {
+        let good = all(args, &registry, &watchdog)?;
+        Ok(super::end(registry) && good)
+    });
+    match done {
+        Ok(true) => ExitCode::SUCCESS,
+        Ok(false) => ExitCode::FAILURE,
+        Err(e) => {
+            report::error(&e);
+            ExitCode::from(2)
+        }
+    }
+}
+
+fn all(args: &Args, registry: &Arc<Registry>, watchdog: &Watchdog) -> Result<bool, Error> {
+    let file = model_file(&args.model, registry)?;
+    let lacks = || Error::new("E105", format!("there is no card.toml beside {}", file.display()));
+    let card = card::read(&file)?
+        .ok_or_else(|| lacks().help("docs/plugin-authors/robots.md shows how a card is written"))?;
+    let names: Vec<&str> = card.measures.iter().map(|m| m.name.as_str()).collect();
+    if let Some(other) = args.only.iter().find(|o| !names.contains(&o.as_str())) {
+        let error = Error::new("E130", format!("{} has no measure `{other}`", card.file.display()));
+        return Err(error.expected(names.join(", ")).nearest(other, names.iter().copied()));
+    }
+    let lua = card.file.with_extension("lua");
+    let script = read_plain_text(&lua, MOST_BYTES)
+        .map_err(|e| Error::new("E105", format!("{} cannot be read: {e}", lua.display())))?;
+    let wanted = |m: &Measure| args.only.is_empty() || args.only.contains(&m.name);
+    let mut values = Vec::new();
+    for m in &card.measures {
+        values.push(wanted(m).then(|| one(m, &file, &lua, &script, registry, watchdog)).transpose()?);
+    }
+    if args.write {
+        card::write(&card, &values)?;
+    }
+    let rows: Vec<Json> = card.measures.iter().zip(&values).filter_map(|(m, v)| row(m, (*v)?, args.write)).collect();
+    tell(args, registry, &file, &rows)?;
+    Ok(rows.iter().all(|r| r["verdict"] == "ok"))
+}
+
+/// Returns the file of a model that is named by its id, its folder or its file.
+fn model_file(name: &str, registry: &Registry) -> Result<PathBuf, Error> {
+    let path = Path::new(name);
+    let files = [path.to_owned(), path.join("model.toml")];
+    if let Some(file) = files.into_iter().find(|f| f.is_file()) {
+        return Ok(file);
+    }
+    let found = registry.find_model(name).filter(|f| f.importer.is_none());
+    found.map(|f| f.file).ok_or_else(|| {
+        Error::new("E130", format!("there is no model `{name}` in a folder"))
+            .expected("the id of a model, or a folder with a `model.toml`")
+            .help("`tatu list models` shows the models")
+    })
+}
+
+/// Runs one function in a world of its own; returns its value.
+fn one(
+    m: &Measure,
+    model: &Path,
+    lua: &Path,
+    script: &str,
+    registry: &Arc<Registry>,
+    watchdog: &Watchdog,
+) -> Result<f64, Error> {
+    let fail = |why: String| Error::new("E126", format!("`{}` of {} {why}", m.name, lua.display()));
+    let scene = model.with_file_name("card.scene.toml");
+    // The shared functions come last, so that errors have the lines of card.lua.
+    let script = format!(
+        "{script}\n{SHARED}\nfunction sysCall_thread() sim.setFloatSignal('{SIGNAL}', {}()) end\n",
+        m.name
+    );
+    let files = [(scene.clone(), scene_of(m, model).into_bytes()), (lua.to_owned(), script.into_bytes())];
+    let options = Options { sources: Sources::over(files, false), ..Options::default() };
+    let document = document::load(&scene, registry, &options)?;
+    let world = World::new(Arc::new(document), registry.clone())?;
+    watchdog.world(&world, false);
+    watchdog.begin(None);
+    world.start();
+    let mut value = None;
+    while value.is_none() && world.time() < m.seconds && world.step() {
+        watchdog.step(world.steps(), world.time(), None);
+        if let Some(line) = world.take_lines().into_iter().find(|l| l.level == TATU_LOG_ERROR) {
+            return Err(fail(format!("failed: {}", line.text)));
+        }
+        value = match world.call("sim.getFloatSignal", &[Value::text(SIGNAL)]).ok().as_deref() {
+            Some([Value::Float(x), ..]) => Some(*x),
+            _ => None,
+        };
+    }
+    world.end();
+    match value {
+        Some(x) if x.is_finite() => Ok(x),
+        Some(x) => Err(fail(format!("returned {x}"))),
+        None => Err(fail(format!("returned no number within {} s of simulation time", m.seconds))),
+    }
+}
+
+/// Returns the text of the scene of a measure.
+fn scene_of(m: &Measure, model: &Path) -> String {
+    let mut doc = DocumentMut::new();
+    doc["format"] = value(1);
+    if !m.scene.is_empty() {
+        doc["scene"] = Item::Table(m.scene.clone());
+    }
+    let mut placed = Table::new();
+    placed["file"] = value(model.file_name().unwrap_or_default().to_string_lossy().into_owned());
+    m.params.iter().for_each(|(key, item)| placed[key] = item.clone());
+    let object = |alias: &str, kind: &str| {
+        let mut table = Table::new();
+        table["kind"] = value(kind);
+        table["alias"] = value(alias);
+        table
+    };
+    let mut floor = object("floor", "shape");
+    floor["primitive"] = value("plane");
+    floor["respondable"] = value(true);
+    let mut measure = object("measure", "dummy");
+    measure["script"] = value("card.lua");
+    doc["object"] = Item::ArrayOfTables([floor, measure].into_iter().collect());
+    doc["model"] = Item::ArrayOfTables(ArrayOfTables::from_iter([placed]));
+    doc.to_string()
+}
+
+/// Describes a measure; `measured` is its value now.
+fn row(m: &Measure, measured: f64, written: bool) -> Option<Json> {
+    let verdict = match (m.holds(measured), m.measured) {
+        (false, _) => "off",
+        (true, None) if !written => "not written yet",
+        (true, Some(_)) if !written && !m.is_recorded(measured) => "the card says otherwise",
+        _ => "ok",
+    };
+    let off = match m.expected {
+        0.0 => format!("{measured:.1e}"),
+        expected => format!("{:+.2} %", 100.0 * (measured - expected) / expected.abs()),
+    };
+    Some(json!({
+        "measure": m.name, "text": m.text, "measured": rounded(measured), "expected": m.expected, "unit": m.unit,
+        "off": off, "allowed": rounded(m.allowed), "recorded": m.measured, "source": m.source, "verdict": verdict,
+    }))
+}
+
+fn tell(args: &Args, registry: &Registry, file: &Path, rows: &[Json]) -> Result<(), Error> {
+    if args.json {
+        report::out!("{}", serde_json::to_string_pretty(rows).unwrap_or_default());
+        return Ok(());
+    }
+    table(rows, &["measure", "measured", "expected", "unit", "off", "verdict", "source"]);
+    let numbers = list::model_at(registry, &args.model, file)?.numbers;
+    // What was written just now counts.
+    let card = card::read(file)?;
+    let grade = Grade::of(&numbers, card.as_ref());
+    report::out!("\ngrade {}: {}", grade.letter(), grade.text(&numbers));
+    Ok(())
+}

@@ -1,0 +1,130 @@
+//! The actuator kind "buoyancy".
+
+use tatu_plugin_api::{
+    fields,
+    safe::{Actuator, Drive, Fail, Field, Instance, Output, Param, Params, Result, SharedWorld},
+};
+
+use crate::hull::{Hull, Submerged};
+
+/// The plugin; it has no state.
+pub struct Water;
+
+/// What water does to the shape that it is mounted on.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Buoyancy {
+    hull: Hull,
+    /// Weight of the water per volume, N/m^3.
+    weight: f64,
+    /// Height of the surface, m.
+    surface: f64,
+    /// Velocity of the water, world frame, m/s.
+    current: [f64; 3],
+    /// Drag of the whole hull, per velocity along and about each axis of the mount.
+    linear: [f64; 6],
+    quadratic: [f64; 6],
+}
+
+fields! {
+    Report {
+        SUBMERGED: f64 = Field::new("buoyancy.submerged").unit("1").text("Share of the volume that is under water.");
+        FORCE: f64 = Field::new("buoyancy.force").unit("N").text("Force of the water upwards, without drag.");
+    }
+}
+
+/// What the water reports.
+struct Report;
+
+impl Actuator for Buoyancy {
+    type Plugin = Water;
+    const ID: &'static str = "buoyancy";
+    const TEXT: &'static str = "Water that carries a body, rights it and brakes it: a box hull below a flat surface.";
+    // The lift of a light body changes much within a step of the world.
+    const EVERY_SUBSTEP: bool = true;
+    const SCHEMAS: &'static [&'static str] = &["buoyancy/1"];
+
+    fn params() -> Vec<Param> {
+        let drag = |key: &str, text: &str| Param::floats(key, 6).range(0.0, f64::INFINITY).rebuilds().text(text);
+        vec![
+            Param::floats("size", 3)
+                .unit("m")
+                .range(0.0, f64::INFINITY)
+                .default([1.0, 1.0, 1.0])
+                .rebuilds()
+                .text("Extents of the hull, a box about the actuator's origin, along its axes."),
+            Param::float("volume")
+                .range(0.0, f64::INFINITY)
+                .default(0.0)
+                .rebuilds()
+                .text("Water that the hull displaces when it is under water, m^3; 0: that of the box."),
+            Param::float("density")
+                .range(0.0, f64::INFINITY)
+                .default(1000.0)
+                .rebuilds()
+                .text("Density of the water, kg/m^3."),
+            Param::float("surface").unit("m").default(0.0).rebuilds().text("Height of the surface in the world."),
+            Param::floats("current", 3)
+                .unit("m/s")
+                .default([0.0, 0.0, 0.0])
+                .rebuilds()
+                .text("Velocity of the water, world frame."),
+            drag(
+                "linear_drag",
+                "Drag under water, N per m/s along x, y, z and N m per rad/s about them, in the actuator's frame.",
+            )
+            .default([0.0; 6]),
+            drag("quadratic_drag", "The same per squared velocity.").default([0.0; 6]),
+        ]
+    }
+
+    fn fields() -> Vec<Field> {
+        Report::declared_fields()
+    }
+
+    fn commands() -> Vec<Param> {
+        Vec::new()
+    }
+
+    fn create(world: &SharedWorld<'_>, _: Instance, params: &Params<'_>) -> Result<Self> {
+        let size = params.array::<3>("size")?;
+        let (given, density) = (params.f64("volume")?, params.f64("density")?);
+        let [_, _, gravity] = world.f64s(0, world.host().prop("scene.gravity"))?;
+        let volume = if given > 0.0 { given } else { size.iter().product() };
+        let it = Buoyancy {
+            hull: Hull { size, volume },
+            weight: density * -gravity,
+            surface: params.f64("surface")?,
+            current: params.array("current")?,
+            linear: params.array("linear_drag")?,
+            quadratic: params.array("quadratic_drag")?,
+        };
+        if size.iter().any(|s| *s <= 0.0) {
+            return Err(Fail::argument("`size` must be greater than 0 along each axis"));
+        }
+        let numbers = [it.weight, it.surface, volume];
+        let all = numbers.iter().chain(&size).chain(&it.current).chain(&it.linear).chain(&it.quadratic);
+        if all.copied().all(f64::is_finite) { Ok(it) } else { Err(Fail::argument("all numbers must be finite")) }
+    }
+
+    fn apply(&self, drive: &Drive<'_>, out: &mut Output<'_>) -> Result {
+        let axes = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]].map(|axis| drive.to_world(axis));
+        let [_, _, height, ..] = drive.pose();
+        let Submerged { share, centre } = self.hull.submerged(axes, self.surface - height);
+        let lift = self.weight * self.hull.volume * share;
+        let [vx, vy, vz, wx, wy, wz] = drive.twist();
+        let [cx, cy, cz] = self.current;
+        let of_mount = |v: [f64; 3]| axes.map(|a| a[0] * v[0] + a[1] * v[1] + a[2] * v[2]);
+        let ([u, v, w], [p, q, r]) = (of_mount([vx - cx, vy - cy, vz - cz]), of_mount([wx, wy, wz]));
+        let twist = [u, v, w, p, q, r];
+        let drag: [f64; 6] = std::array::from_fn(|i| {
+            -share * (self.linear[i] + self.quadratic[i] * twist[i].abs()) * twist[i]
+        });
+        let [fx, fy, fz] = drive.to_world([drag[0], drag[1], drag[2]]);
+        let [tx, ty, tz] = drive.to_world([drag[3], drag[4], drag[5]]);
+        out.force = [fx, fy, fz + lift];
+        out.torque = [tx + centre[1] * lift, ty - centre[0] * lift, tz];
+        out.report.set(Report::SUBMERGED, share);
+        out.report.set(Report::FORCE, lift);
+        Ok(())
+    }
+}

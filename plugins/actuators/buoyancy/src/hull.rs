@@ -1,0 +1,120 @@
+//! Hydrostatics of a box below a flat surface of water.
+
+/// Columns along x and along y. Each has two points of the Gauss-Legendre rule, which integrates the pressure on a floating
+/// box without error as long as no edge enters or leaves the water within a column.
+const COLUMNS: [usize; 2] = [6, 4];
+/// Where the two points are in a column of half width 1.
+const GAUSS: f64 = 0.577_350_269_189_625_8;
+
+/// A box about the origin of its mount, filled to a share of its volume.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Hull {
+    /// Full extents along the axes of the mount, m.
+    pub size: [f64; 3],
+    /// Volume of water that it displaces when it is under water, m^3.
+    pub volume: f64,
+}
+
+/// What a hull has under water.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Submerged {
+    /// Share of the volume, 0 to 1.
+    pub share: f64,
+    /// Centre of that part relative to the mount's origin, world frame, m; the origin if nothing is under water.
+    pub centre: [f64; 3],
+}
+
+impl Hull {
+    /// Returns what is under water. `axes` are the mount's axes in the world frame, and `depth` is how far its origin is
+    /// below the surface, m.
+    pub fn submerged(&self, axes: [[f64; 3]; 3], depth: f64) -> Submerged {
+        let half = self.size.map(|s| s / 2.0);
+        let (mut share, mut moment) = (0.0, [0.0; 3]);
+        for x in points(COLUMNS[0]) {
+            for y in points(COLUMNS[1]) {
+                let (x, y) = (x * half[0], y * half[1]);
+                let middle: [f64; 3] = std::array::from_fn(|k| axes[0][k] * x + axes[1][k] * y);
+                // The part of the column from `low` to `high`, along its axis, is under water.
+                let (low, high) = part(middle[2] - depth, axes[2][2], half[2]);
+                let along = (low + high) / 2.0;
+                let length = high - low;
+                share += length;
+                for k in 0..3 {
+                    moment[k] += length * (middle[k] + axes[2][k] * along);
+                }
+            }
+        }
+        if share <= 0.0 {
+            return Submerged::default();
+        }
+        let all = 2.0 * half[2] * (4 * COLUMNS[0] * COLUMNS[1]) as f64;
+        Submerged { share: share / all, centre: moment.map(|m| m / share) }
+    }
+}
+
+/// Returns the ends of the part of a column that is under water. Its middle is `z` above the surface, and its axis rises
+/// by `up` per length; it reaches `half` to each side.
+fn part(z: f64, up: f64, half: f64) -> (f64, f64) {
+    // A column that lies level is in the water or not; it changes between the two as a slightly tilted one does.
+    let up = if up.abs() < 1e-6 { f64::copysign(1e-6, up) } else { up };
+    let surface = (-z / up).clamp(-half, half);
+    if up > 0.0 { (-half, surface) } else { (surface, half) }
+}
+
+/// Returns the points of `n` columns from -1 to 1.
+fn points(n: usize) -> impl Iterator<Item = f64> + Clone {
+    let width = 2.0 / n as f64;
+    (0..n).flat_map(move |i| {
+        let middle = -1.0 + (i as f64 + 0.5) * width;
+        [middle - GAUSS * width / 2.0, middle + GAUSS * width / 2.0]
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const LEVEL: [[f64; 3]; 3] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+
+    fn hull() -> Hull {
+        Hull { size: [2.0, 1.0, 0.4], volume: 0.8 }
+    }
+
+    fn rolled(angle: f64) -> [[f64; 3]; 3] {
+        let (s, c) = angle.sin_cos();
+        [[1.0, 0.0, 0.0], [0.0, c, s], [0.0, -s, c]]
+    }
+
+    #[test]
+    fn a_level_box_is_in_the_water_as_deep_as_it_is() {
+        for (depth, share, z) in [(0.0, 0.5, -0.1), (0.1, 0.75, -0.05), (-0.2, 0.0, 0.0), (5.0, 1.0, 0.0)] {
+            let got = hull().submerged(LEVEL, depth);
+            assert!((got.share - share).abs() < 1e-12 && (got.centre[2] - z).abs() < 1e-12, "{depth}: {got:?}");
+            assert!(got.centre[0].abs() + got.centre[1].abs() < 1e-12);
+        }
+    }
+
+    #[test]
+    fn a_rolled_box_rights_itself_by_the_metacentre() {
+        // Half under water: the centre of the water moves sideways by the second moment of the waterline, over the
+        // displaced volume, times the tangent of the roll: BM = l b^3 / 12 / (l b d).
+        let angle: f64 = 0.05;
+        let got = hull().submerged(rolled(angle), 0.0);
+        assert!((got.share - 0.5).abs() < 1e-12, "{got:?}");
+        // In the hull's own frame.
+        let [_, y_axis, _] = rolled(angle);
+        let aside = got.centre[1] * y_axis[1] + got.centre[2] * y_axis[2];
+        let bm = 1.0 / 12.0 / 0.2;
+        assert!((aside + bm * angle.tan()).abs() < 1e-12, "{aside} against {}", -bm * angle.tan());
+    }
+
+    #[test]
+    fn upside_down_and_on_its_side_the_same_water_carries() {
+        let over = [[1.0, 0.0, 0.0], [0.0, -1.0, 0.0], [0.0, 0.0, -1.0]];
+        let got = hull().submerged(over, 0.1);
+        assert!((got.share - 0.75).abs() < 1e-12 && (got.centre[2] + 0.05).abs() < 1e-12, "{got:?}");
+        let side = [[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]];
+        let got = hull().submerged(side, 0.0);
+        assert!((got.share - 0.5).abs() < 1e-6 && (got.centre[2] + 0.25).abs() < 0.01, "{got:?}");
+    }
+}
