@@ -8,7 +8,11 @@ use tatu_core::{
     errors::Error,
 };
 
-use crate::{plugin::PluginCommand, search};
+use crate::{
+    plugin::PluginCommand,
+    search,
+    values::{Point, angle, permission, point, seconds, size, speed},
+};
 
 /// Tatu, a robot simulator made of a small core and plugins.
 #[derive(Parser)]
@@ -37,7 +41,7 @@ pub enum Command {
     /// command.
     Describe(Describe),
     /// Measure what a model does, and compare it with its data sheet.
-    Measure(crate::commands::measure::Args),
+    Measure(Measure),
     /// Render a picture of a scene, or of what one of its sensors measures; no display is needed.
     Look(Look),
     /// Compare two traces: report the first step, and the first object in it, that differ.
@@ -289,10 +293,6 @@ const LOOK_EXAMPLES: &str = "Examples:
   tatu look scenes/first/pioneer_avoids_walls.toml --from -3,-4,3 --to 0,0,0.2 -o scene.png
   tatu look scenes/first/pioneer_avoids_walls.toml --sensor Pioneer_p3dx_ultrasonicSensor5 --at 3 -o sonar.png";
 
-/// A point X, Y, Z, m.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Point(pub [f64; 3]);
-
 #[derive(clap::Args)]
 pub struct Diff {
     /// A trace, as `tatu run --trace` writes it.
@@ -330,12 +330,34 @@ pub struct Describe {
     /// Folder to write pages to, one for each subject of commands.
     #[arg(long, value_name = "DIR", requires = "all")]
     pub markdown: Option<PathBuf>,
+    /// Write a picture of a model in a folder as PNG, or one sheet of several.
+    #[arg(long, value_name = "FILE")]
+    pub picture: Option<PathBuf>,
     /// A scene whose plugin folders are searched too.
     #[arg(long, value_name = "FILE")]
     pub scene: Option<PathBuf>,
     /// `plugins`: load plugins from the folders that the scene names.
     #[arg(long, value_name = "WHAT", value_delimiter = ',', value_parser = ["plugins"])]
     pub allow: Vec<String>,
+    /// Print JSON.
+    #[arg(long)]
+    pub json: bool,
+    /// Seconds of real time after which a plugin call that has not returned ends the program; 0: never.
+    #[arg(long, value_name = "S", default_value_t = 60.0, value_parser = seconds)]
+    pub watchdog: f64,
+}
+
+#[derive(clap::Args)]
+#[command(after_help = "Examples:\n  tatu measure bubblerob\n  tatu measure models/my_robot --write")]
+pub struct Measure {
+    /// The model: its id, its folder or its file.
+    pub model: String,
+    /// Only these measures.
+    #[arg(long, value_name = "NAME")]
+    pub only: Vec<String>,
+    /// Write what was measured into the card.
+    #[arg(long)]
+    pub write: bool,
     /// Print JSON.
     #[arg(long)]
     pub json: bool,
@@ -366,47 +388,6 @@ pub enum ScriptKind {
     Customization,
     AddOn,
     Module,
-}
-
-fn speed(text: &str) -> Result<f64, String> {
-    let f = text.parse().ok().filter(|f: &f64| *f > 0.0 && f.is_finite());
-    f.ok_or_else(|| "expected a number above 0: how many times as fast as the clock".into())
-}
-
-fn point(text: &str) -> Result<Point, String> {
-    let number = |x: &str| x.trim().parse().ok().filter(|x: &f64| x.is_finite() && x.abs() <= 1e6);
-    let all: Option<Vec<f64>> = text.split(',').map(number).collect();
-    all.and_then(|v| v.try_into().ok()).map(Point).ok_or_else(|| "expected three numbers, X,Y,Z in m: -3,0,1".into())
-}
-
-fn size(text: &str) -> Result<[u32; 2], String> {
-    let side = |x: &str| x.parse().ok().filter(|n: &u32| (1..=MAX_SIDE).contains(n));
-    let found = text.split_once(['x', 'X']).and_then(|(c, r)| Some([side(c)?, side(r)?]));
-    found.ok_or_else(|| format!("expected columns and rows, 1 to {MAX_SIDE} each: 1280x720"))
-}
-
-/// Most pixels along one side of a picture.
-const MAX_SIDE: u32 = 8192;
-
-fn angle(text: &str) -> Result<f64, String> {
-    let found = text.parse().ok().filter(|x: &f64| (1.0..=170.0).contains(x));
-    found.ok_or_else(|| "expected an angle from 1 to 170 degrees".into())
-}
-
-pub fn seconds(text: &str) -> Result<f64, String> {
-    let s: f64 = text.parse().map_err(|_| "expected a number of seconds".to_owned())?;
-    if s.is_finite() && s >= 0.0 { Ok(s) } else { Err("expected a number of seconds, at least 0".into()) }
-}
-
-/// Validates a value of `--allow`.
-fn permission(text: &str) -> Result<String, String> {
-    let (host, port) = text.strip_prefix("net=").and_then(|p| p.rsplit_once(':')).unwrap_or_default();
-    let net = !host.is_empty() && (port == "*" || port.parse::<u16>().is_ok());
-    match text {
-        "exec" | "native" | "plugins" => Ok(text.to_owned()),
-        _ if net => Ok(text.to_owned()),
-        _ => Err("expected `exec`, `native`, `plugins` or `net=HOST:PORT`, for instance `net=127.0.0.1:*`".into()),
-    }
 }
 
 impl Changes {

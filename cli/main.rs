@@ -16,6 +16,7 @@ mod search;
 mod state;
 mod table;
 mod trace;
+mod values;
 mod watchdog;
 
 use std::process::ExitCode;

@@ -114,7 +114,9 @@ impl Reader<'_> {
                     measures.push(self.measure(table, &params, &scene)?);
                 }
             }
-            Some((None, span)) => return Err(self.fail("E102", "`measure` is not written as [[measure]]".into(), span)),
+            Some((None, span)) => {
+                return Err(self.fail("E102", "`measure` is not written as [[measure]]".into(), span));
+            }
         }
         let not_shown = match doc.get("not_shown") {
             None => Vec::new(),

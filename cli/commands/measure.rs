@@ -23,31 +23,12 @@ use toml_edit::{ArrayOfTables, DocumentMut, Item, Table, value};
 
 use super::list;
 use crate::{
+    args,
     card::{self, Measure, grade::Grade, rounded},
     report,
     table::table,
     watchdog::Watchdog,
 };
-
-/// Measure what a model does, by the functions of its card, and compare it with its data sheet.
-#[derive(clap::Args)]
-#[command(after_help = "Examples:\n  tatu measure bubblerob\n  tatu measure models/my_robot --write")]
-pub struct Args {
-    /// The model: its id, its folder or its file.
-    pub model: String,
-    /// Only these measures.
-    #[arg(long, value_name = "NAME")]
-    pub only: Vec<String>,
-    /// Write what was measured into the card.
-    #[arg(long)]
-    pub write: bool,
-    /// Print JSON.
-    #[arg(long)]
-    pub json: bool,
-    /// Seconds of real time after which a plugin call that has not returned ends the program; 0: never.
-    #[arg(long, value_name = "S", default_value_t = 60.0, value_parser = crate::args::seconds)]
-    pub watchdog: f64,
-}
 
 /// Functions that measures share.
 const SHARED: &str = include_str!("../card/measure.lua");
@@ -56,7 +37,7 @@ const SIGNAL: &str = "measured";
 
 /// Measures a model. The exit code is 0 if all measures are as the sheet and the card say, 1 if not, 2 if nothing could be
 /// measured.
-pub fn measure(args: &Args) -> ExitCode {
+pub fn measure(args: &args::Measure) -> ExitCode {
     let watchdog = Watchdog::start(args.watchdog, false);
     let done = super::registry(None, &Sources::default(), &[], &watchdog).and_then(|registry| {
         let good = all(args, &registry, &watchdog)?;
@@ -72,11 +53,11 @@ pub fn measure(args: &Args) -> ExitCode {
     }
 }
 
-fn all(args: &Args, registry: &Arc<Registry>, watchdog: &Watchdog) -> Result<bool, Error> {
+fn all(args: &args::Measure, registry: &Arc<Registry>, watchdog: &Watchdog) -> Result<bool, Error> {
     let file = model_file(&args.model, registry)?;
     let lacks = || Error::new("E105", format!("there is no card.toml beside {}", file.display()));
-    let card = card::read(&file)?
-        .ok_or_else(|| lacks().help("docs/plugin-authors/robots.md shows how a card is written"))?;
+    let card =
+        card::read(&file)?.ok_or_else(|| lacks().help("docs/plugin-authors/robots.md shows how a card is written"))?;
     let names: Vec<&str> = card.measures.iter().map(|m| m.name.as_str()).collect();
     if let Some(other) = args.only.iter().find(|o| !names.contains(&o.as_str())) {
         let error = Error::new("E130", format!("{} has no measure `{other}`", card.file.display()));
@@ -125,10 +106,8 @@ fn one(
     let fail = |why: String| Error::new("E126", format!("`{}` of {} {why}", m.name, lua.display()));
     let scene = model.with_file_name("card.scene.toml");
     // The shared functions come last, so that errors have the lines of card.lua.
-    let script = format!(
-        "{script}\n{SHARED}\nfunction sysCall_thread() sim.setFloatSignal('{SIGNAL}', {}()) end\n",
-        m.name
-    );
+    let script =
+        format!("{script}\n{SHARED}\nfunction sysCall_thread() sim.setFloatSignal('{SIGNAL}', {}()) end\n", m.name);
     let files = [(scene.clone(), scene_of(m, model).into_bytes()), (lua.to_owned(), script.into_bytes())];
     let options = Options { sources: Sources::over(files, false), ..Options::default() };
     let document = document::load(&scene, registry, &options)?;
@@ -199,7 +178,7 @@ fn row(m: &Measure, measured: f64, written: bool) -> Option<Json> {
     }))
 }
 
-fn tell(args: &Args, registry: &Registry, file: &Path, rows: &[Json]) -> Result<(), Error> {
+fn tell(args: &args::Measure, registry: &Registry, file: &Path, rows: &[Json]) -> Result<(), Error> {
     if args.json {
         report::out!("{}", serde_json::to_string_pretty(rows).unwrap_or_default());
         return Ok(());

@@ -5,6 +5,7 @@
 mod example;
 pub(crate) mod facts;
 mod pages;
+mod picture;
 
 use std::process::ExitCode;
 
@@ -58,6 +59,12 @@ pub fn describe(args: &Describe) -> ExitCode {
                        `--scene FILE`, or by TATU_MODEL_PATH")
                 .nearest(id, names.iter().map(String::as_str)),
         );
+        return ExitCode::from(2);
+    }
+    if let Some(file) = &args.picture
+        && let Err(e) = picture::write(&registry, &args.ids, file)
+    {
+        report::error(&e);
         return ExitCode::from(2);
     }
     if args.json {

@@ -3,8 +3,8 @@
 //! `sensor` chooses the picture by the schemas of a reading; `scan`, `frame`, `near` and `numbers` draw it; `canvas`:
 //! drawing primitives; `file`: PNG.
 
-mod canvas;
-mod file;
+pub mod canvas;
+pub mod file;
 mod frame;
 mod near;
 mod numbers;

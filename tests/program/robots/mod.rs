@@ -9,4 +9,5 @@ mod pioneer_geometry;
 mod pioneer_model;
 mod pioneer_p3dx;
 mod pioneer_sonars;
+mod propeller;
 mod thruster;

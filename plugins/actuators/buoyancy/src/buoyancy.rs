@@ -109,16 +109,19 @@ impl Actuator for Buoyancy {
     fn apply(&self, drive: &Drive<'_>, out: &mut Output<'_>) -> Result {
         let axes = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]].map(|axis| drive.to_world(axis));
         let [_, _, height, ..] = drive.pose();
-        let Submerged { share, centre } = self.hull.submerged(axes, self.surface - height);
-        let lift = self.weight * self.hull.volume * share;
         let [vx, vy, vz, wx, wy, wz] = drive.twist();
+        // Half a step ahead: the lift acts over the whole step, and a body that floats would otherwise swing more and more.
+        let half = drive.dt() / 2.0;
+        let cross = |a: [f64; 3]| [wy * a[2] - wz * a[1], wz * a[0] - wx * a[2], wx * a[1] - wy * a[0]];
+        let ahead = axes.map(|a| std::array::from_fn(|k| a[k] + half * cross(a)[k]));
+        let Submerged { share, centre } = self.hull.submerged(ahead, self.surface - height - half * vz);
+        let lift = self.weight * self.hull.volume * share;
         let [cx, cy, cz] = self.current;
         let of_mount = |v: [f64; 3]| axes.map(|a| a[0] * v[0] + a[1] * v[1] + a[2] * v[2]);
         let ([u, v, w], [p, q, r]) = (of_mount([vx - cx, vy - cy, vz - cz]), of_mount([wx, wy, wz]));
         let twist = [u, v, w, p, q, r];
-        let drag: [f64; 6] = std::array::from_fn(|i| {
-            -share * (self.linear[i] + self.quadratic[i] * twist[i].abs()) * twist[i]
-        });
+        let drag: [f64; 6] =
+            std::array::from_fn(|i| -share * (self.linear[i] + self.quadratic[i] * twist[i].abs()) * twist[i]);
         let [fx, fy, fz] = drive.to_world([drag[0], drag[1], drag[2]]);
         let [tx, ty, tz] = drive.to_world([drag[3], drag[4], drag[5]]);
         out.force = [fx, fy, fz + lift];

@@ -66,9 +66,7 @@ impl Actuator for Propeller {
     }
 
     fn commands() -> Vec<Param> {
-        vec![
-            Param::float("speed").unit("rad/s").default(0.0).text("Requested speed, limited to 0 up to `max_speed`."),
-        ]
+        vec![Param::float("speed").unit("rad/s").default(0.0).text("Requested speed, limited to 0 up to `max_speed`.")]
     }
 
     fn create(_: &SharedWorld<'_>, _: Instance, params: &Params<'_>) -> Result<Self> {

@@ -1,0 +1,63 @@
+//! `tatu describe MODEL --picture FILE`: a model on a floor, or a sheet of several.
+
+use std::{path::Path, sync::Arc};
+
+use tatu_core::{
+    World,
+    document::{self, Options},
+    errors::Error,
+    plugins::Registry,
+};
+use tatu_render::Picture;
+
+use crate::{
+    commands::look::{
+        canvas::{Canvas, HPos, VPos},
+        file,
+    },
+    report,
+};
+
+/// Size of the picture of one model, and of one in a sheet, pixels.
+const ALONE: [u32; 2] = [800, 600];
+const CELL: [u32; 2] = [200, 150];
+/// Height of the line with a model's name below its picture, and of its letters, pixels.
+const LINE: u32 = 26;
+const LETTERS: f64 = 15.0;
+/// Horizontal field of view, rad: narrow, so that forms are not distorted.
+const FOV: f64 = 0.55;
+
+/// Writes a picture of models.
+pub fn write(registry: &Arc<Registry>, ids: &[String], output: &Path) -> Result<(), Error> {
+    if let [id] = ids {
+        return file::write(output, &of_model(registry, id, ALONE, true)?);
+    }
+    let columns = (ids.len() as f64 * 1.2).sqrt().ceil() as u32;
+    let rows = (ids.len() as u32).div_ceil(columns);
+    let mut sheet = Canvas::new(columns * CELL[0], rows * (CELL[1] + LINE));
+    for (i, id) in (0..).zip(ids) {
+        let (x, y) = (i % columns * CELL[0], i / columns * (CELL[1] + LINE));
+        // Without floors, whose gradients would make the file three times as large.
+        sheet.put((x, y), &of_model(registry, id, CELL, false)?);
+        let at = (f64::from(x + CELL[0] / 2), f64::from(y + CELL[1] + LINE / 2));
+        let drawn = sheet.text(at, id, LETTERS, (HPos::Center, VPos::Center));
+        drawn.map_err(|why| Error::new("E105", format!("the name `{id}` cannot be drawn: {why}")))?;
+    }
+    file::write(output, &sheet.picture())
+}
+
+/// Renders a model in a folder.
+fn of_model(registry: &Arc<Registry>, id: &str, size: [u32; 2], ground: bool) -> Result<Picture, Error> {
+    let found = registry.find_model(id).ok_or_else(|| {
+        let error = Error::new("E130", format!("there is no model `{id}` in a folder"));
+        error.help("`--picture` draws models in folders: `tatu list models` shows them")
+    })?;
+    let document = document::load(&found.file, registry, &Options::default())?;
+    let all = std::thread::available_parallelism().map_or(1, usize::from);
+    let world = World::with_threads(Arc::new(document), registry.clone(), all)?;
+    let camera = tatu_render::framing(&world, FOV, size);
+    let picture = tatu_render::picture(&world, &camera, &[], ground);
+    world.end();
+    world.faults().iter().for_each(|f| report::warned(&f.message));
+    Ok(picture)
+}

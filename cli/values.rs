@@ -1,0 +1,46 @@
+//! Values of the command line: text that people write, checked.
+
+/// A point X, Y, Z, m.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Point(pub [f64; 3]);
+
+pub fn speed(text: &str) -> Result<f64, String> {
+    let f = text.parse().ok().filter(|f: &f64| *f > 0.0 && f.is_finite());
+    f.ok_or_else(|| "expected a number above 0: how many times as fast as the clock".into())
+}
+
+pub fn point(text: &str) -> Result<Point, String> {
+    let number = |x: &str| x.trim().parse().ok().filter(|x: &f64| x.is_finite() && x.abs() <= 1e6);
+    let all: Option<Vec<f64>> = text.split(',').map(number).collect();
+    all.and_then(|v| v.try_into().ok()).map(Point).ok_or_else(|| "expected three numbers, X,Y,Z in m: -3,0,1".into())
+}
+
+pub fn size(text: &str) -> Result<[u32; 2], String> {
+    let side = |x: &str| x.parse().ok().filter(|n: &u32| (1..=MAX_SIDE).contains(n));
+    let found = text.split_once(['x', 'X']).and_then(|(c, r)| Some([side(c)?, side(r)?]));
+    found.ok_or_else(|| format!("expected columns and rows, 1 to {MAX_SIDE} each: 1280x720"))
+}
+
+/// Most pixels along one side of a picture.
+const MAX_SIDE: u32 = 8192;
+
+pub fn angle(text: &str) -> Result<f64, String> {
+    let found = text.parse().ok().filter(|x: &f64| (1.0..=170.0).contains(x));
+    found.ok_or_else(|| "expected an angle from 1 to 170 degrees".into())
+}
+
+pub fn seconds(text: &str) -> Result<f64, String> {
+    let s: f64 = text.parse().map_err(|_| "expected a number of seconds".to_owned())?;
+    if s.is_finite() && s >= 0.0 { Ok(s) } else { Err("expected a number of seconds, at least 0".into()) }
+}
+
+/// Validates a value of `--allow`.
+pub fn permission(text: &str) -> Result<String, String> {
+    let (host, port) = text.strip_prefix("net=").and_then(|p| p.rsplit_once(':')).unwrap_or_default();
+    let net = !host.is_empty() && (port == "*" || port.parse::<u16>().is_ok());
+    match text {
+        "exec" | "native" | "plugins" => Ok(text.to_owned()),
+        _ if net => Ok(text.to_owned()),
+        _ => Err("expected `exec`, `native`, `plugins` or `net=HOST:PORT`, for instance `net=127.0.0.1:*`".into()),
+    }
+}

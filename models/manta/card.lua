@@ -1,0 +1,49 @@
+-- What is measured for the card of the Manta.
+
+function mass()
+    return measure.mass(measure.model())
+end
+
+function rest_drift()
+    sim.wait(1)
+    return measure.drift(measure.model(), 60)
+end
+
+function straight_speed()
+    local car = measure.model()
+    sim.setJointTargetVelocity(sim.getObject('/motor_joint'), 10)
+    sim.wait(3)
+    local from, at = sim.getObjectPosition(car), sim.getSimulationTime()
+    sim.wait(4)
+    return measure.distance(from, sim.getObjectPosition(car)) / (sim.getSimulationTime() - at)
+end
+
+-- Slowly in a circle: the speed of the rear axle's middle over the turning rate.
+function least_radius()
+    local car = measure.model()
+    sim.setJointTargetPosition(sim.getObject('/steer_joint'), math.rad(30))
+    sim.setJointTargetVelocity(sim.getObject('/motor_joint'), 3)
+    sim.wait(4)
+    local turned, way, at = measure.angle(car), 0, sim.getObjectPosition(car)
+    for _ = 1, 200 do
+        sim.step()
+        local now = sim.getObjectPosition(car)
+        way, at = way + measure.distance(at, now), now
+        measure.angle(car)
+    end
+    return way / (measure.angle(car) - turned)
+end
+
+function steering_rate()
+    local joint = sim.getObject('/steer_joint')
+    sim.setJointTargetPosition(joint, math.rad(-30))
+    sim.wait(2)
+    sim.setJointTargetPosition(joint, math.rad(30))
+    local greatest = 0
+    for _ = 1, 30 do
+        local before = sim.getJointPosition(joint)
+        sim.step()
+        greatest = math.max(greatest, (sim.getJointPosition(joint) - before) / sim.getSimulationTimeStep())
+    end
+    return greatest
+end

@@ -1,0 +1,53 @@
+//! Matrices as arguments and results of commands: their numbers row by row, and their number of rows.
+
+use tatu_plugin_api::safe::{Command, Fail, Param, Result, SharedCall};
+
+use crate::decompositions::Matrix;
+
+/// The plugin; it has no state.
+pub struct Linalg;
+
+/// A command of this plugin.
+pub type Cmd = Command<Linalg>;
+/// A call of one of its commands.
+pub type Shared<'a> = SharedCall<'a, Linalg>;
+
+/// Most numbers of a matrix: decompositions take time in proportion to their power of 1.5.
+const MOST: usize = 250_000;
+
+/// Declares the numbers of a matrix.
+pub fn matrix(key: &str) -> Param {
+    Param::floats(key, 0).text("its numbers, row by row")
+}
+
+/// Declares the number of rows of a matrix.
+pub fn rows(key: &str) -> Param {
+    Param::int(key).text("its number of rows")
+}
+
+/// Returns the matrix whose numbers are argument `i`, and whose number of rows is the next one.
+pub fn given(c: &Shared<'_>, i: usize) -> Result<Matrix> {
+    let wrong = |what: &str| Fail::argument(format!("argument {}: {what}", i + 1));
+    let numbers = c.arg(i).numbers().ok_or_else(|| wrong("expected the numbers of a matrix"))?;
+    if numbers.len() > MOST {
+        return Err(wrong(&format!("{} numbers; expected at most {MOST}", numbers.len())));
+    }
+    if !numbers.iter().all(|x| x.is_finite()) {
+        return Err(wrong("a matrix with a number that is not finite"));
+    }
+    let rows = usize::try_from(c.i64(i + 1)?).unwrap_or(0);
+    if rows == 0 || numbers.is_empty() || !numbers.len().is_multiple_of(rows) {
+        return Err(wrong(&format!("{} numbers are no matrix with {rows} rows", numbers.len())));
+    }
+    Ok(Matrix::from_row_slice(rows, numbers.len() / rows, &numbers))
+}
+
+/// Returns a matrix to the script.
+pub fn give(c: &mut Shared<'_>, m: &Matrix) -> Result {
+    let by_rows = m.transpose();
+    if !by_rows.iter().all(|x| x.is_finite()) {
+        return Err(Fail::argument("the result is too large for numbers"));
+    }
+    c.ret(by_rows.as_slice());
+    Ok(())
+}

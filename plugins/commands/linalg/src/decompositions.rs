@@ -1,0 +1,146 @@
+//! Solutions, inverses and eigenvalues of dense matrices.
+
+use nalgebra::DMatrix;
+
+/// A dense matrix.
+pub type Matrix = DMatrix<f64>;
+type Made<T> = Result<T, String>;
+
+/// Most iterations of an eigenvalue.
+const ITERATIONS: usize = 10_000;
+/// Singular values below this share of the greatest count as 0.
+const TINY: f64 = 1e-12;
+
+fn square(m: &Matrix) -> Made<()> {
+    if m.is_square() { Ok(()) } else { Err(format!("expected a square matrix, found {} x {}", m.nrows(), m.ncols())) }
+}
+
+/// Solves a x = b; with more rows than columns by least squares.
+pub fn solve(a: &Matrix, b: &Matrix) -> Made<Matrix> {
+    if a.nrows() != b.nrows() {
+        return Err(format!("{} equations with {} right sides: expected as many", a.nrows(), b.nrows()));
+    }
+    if a.nrows() < a.ncols() {
+        let [rows, columns] = [a.nrows(), a.ncols()];
+        return Err(format!("{rows} equations for {columns} unknowns: expected at least as many"));
+    }
+    let lacks = || "the equations have no single solution: the matrix is singular".to_owned();
+    if a.is_square() {
+        return a.clone().lu().solve(b).filter(|x| x.iter().all(|v| v.is_finite())).ok_or_else(lacks);
+    }
+    let svd = a.clone().svd(true, true);
+    let most = svd.singular_values.max();
+    if svd.singular_values.min() <= TINY * most {
+        return Err(lacks());
+    }
+    svd.solve(b, 0.0).map_err(str::to_owned)
+}
+
+/// Returns the inverse.
+pub fn inverse(m: &Matrix) -> Made<Matrix> {
+    square(m)?;
+    let inverse = m.clone().try_inverse().filter(|x| x.iter().all(|v| v.is_finite()));
+    inverse.ok_or_else(|| "the matrix is singular: it has no inverse".into())
+}
+
+/// Returns the Moore-Penrose inverse.
+pub fn pseudo_inverse(m: &Matrix) -> Made<Matrix> {
+    let most = m.clone().singular_values().max();
+    m.clone().pseudo_inverse(TINY * most).map_err(str::to_owned)
+}
+
+/// Returns the exponential.
+pub fn exponential(m: &Matrix) -> Made<Matrix> {
+    square(m)?;
+    Ok(m.exp())
+}
+
+/// Returns the lower triangle of the Cholesky decomposition.
+pub fn cholesky(m: &Matrix) -> Made<Matrix> {
+    square(m)?;
+    symmetric(m)?;
+    let found = m.clone().cholesky();
+    found.map(|c| c.l()).ok_or_else(|| "the matrix is not positive definite".into())
+}
+
+/// Returns the determinant.
+pub fn determinant(m: &Matrix) -> Made<f64> {
+    square(m)?;
+    Ok(m.determinant())
+}
+
+/// Returns the real and the imaginary parts of the eigenvalues, in ascending order.
+pub fn eigenvalues(m: &Matrix) -> Made<(Vec<f64>, Vec<f64>)> {
+    square(m)?;
+    let schur = nalgebra::linalg::Schur::try_new(m.clone(), f64::EPSILON, ITERATIONS);
+    let schur = schur.ok_or("the eigenvalues were not found: the iteration did not converge")?;
+    let mut all: Vec<(f64, f64)> = schur.complex_eigenvalues().iter().map(|c| (c.re, c.im)).collect();
+    all.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1)));
+    Ok(all.into_iter().unzip())
+}
+
+/// Returns the eigenvalues of a symmetric matrix, in ascending order, and its eigenvectors as columns.
+pub fn symmetric_eigen(m: &Matrix) -> Made<(Vec<f64>, Matrix)> {
+    square(m)?;
+    symmetric(m)?;
+    let eigen = nalgebra::linalg::SymmetricEigen::try_new(m.clone(), f64::EPSILON, ITERATIONS);
+    let eigen = eigen.ok_or("the eigenvalues were not found: the iteration did not converge")?;
+    let mut order: Vec<usize> = (0..m.nrows()).collect();
+    order.sort_by(|a, b| eigen.eigenvalues[*a].total_cmp(&eigen.eigenvalues[*b]));
+    // The sign of an eigenvector is free: its greatest part is positive.
+    let columns = order.iter().map(|i| {
+        let v = eigen.eigenvectors.column(*i).into_owned();
+        if v[v.iamax()] < 0.0 { -v } else { v }
+    });
+    let vectors = Matrix::from_columns(&columns.collect::<Vec<_>>());
+    Ok((order.iter().map(|i| eigen.eigenvalues[*i]).collect(), vectors))
+}
+
+fn symmetric(m: &Matrix) -> Made<()> {
+    let (away, most) = ((m - m.transpose()).amax(), m.amax());
+    if away <= 1e-9 * most { Ok(()) } else { Err("expected a symmetric matrix".into()) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn m(rows: usize, numbers: &[f64]) -> Matrix {
+        Matrix::from_row_slice(rows, numbers.len() / rows, numbers)
+    }
+
+    #[test]
+    fn equations_are_solved_or_refused() {
+        let x = solve(&m(2, &[2.0, 1.0, 1.0, 3.0]), &m(2, &[3.0, 5.0])).unwrap();
+        assert!((x - m(2, &[0.8, 1.4])).amax() < 1e-14);
+        // A line through (0, 1), (1, 2), (2, 4): y = 5/6 + 3/2 x.
+        let x = solve(&m(3, &[1.0, 0.0, 1.0, 1.0, 1.0, 2.0]), &m(3, &[1.0, 2.0, 4.0])).unwrap();
+        assert!((x - m(2, &[5.0 / 6.0, 1.5])).amax() < 1e-12);
+        assert!(solve(&m(2, &[1.0, 2.0, 2.0, 4.0]), &m(2, &[1.0, 1.0])).is_err());
+        assert!(solve(&m(1, &[1.0, 2.0]), &m(1, &[1.0])).is_err());
+        assert!(inverse(&m(2, &[1.0, 2.0, 2.0, 4.0])).is_err());
+    }
+
+    #[test]
+    fn eigenvalues_are_in_order() {
+        // A damped oscillator: -0.1 +- i sqrt(1 - 0.01).
+        let (real, imaginary) = eigenvalues(&m(2, &[0.0, 1.0, -1.0, -0.2])).unwrap();
+        let w = 0.99_f64.sqrt();
+        assert!(real.iter().all(|r| (r + 0.1).abs() < 1e-14), "{real:?}");
+        assert!((imaginary[0] + w).abs() < 1e-14 && (imaginary[1] - w).abs() < 1e-14, "{imaginary:?}");
+        let (values, vectors) = symmetric_eigen(&m(2, &[2.0, 1.0, 1.0, 2.0])).unwrap();
+        assert!((values[0] - 1.0).abs() < 1e-14 && (values[1] - 3.0).abs() < 1e-14);
+        let half = 0.5_f64.sqrt();
+        assert!((vectors.column(1) - m(2, &[half, half])).amax() < 1e-14);
+        assert!(symmetric_eigen(&m(2, &[0.0, 1.0, 0.0, 0.0])).is_err());
+    }
+
+    #[test]
+    fn exponentials_are_steps_of_linear_systems() {
+        let (s, c) = 0.7_f64.sin_cos();
+        let turned = exponential(&m(2, &[0.0, -0.7, 0.7, 0.0])).unwrap();
+        assert!((turned - m(2, &[c, -s, s, c])).amax() < 1e-14);
+        assert!((pseudo_inverse(&m(2, &[1.0, 1.0])).unwrap() - m(1, &[0.5, 0.5])).amax() < 1e-14);
+        assert!((cholesky(&m(2, &[4.0, 2.0, 2.0, 5.0])).unwrap() - m(2, &[2.0, 0.0, 1.0, 2.0])).amax() < 1e-14);
+    }
+}

@@ -1,0 +1,65 @@
+#!/usr/bin/env python3
+"""Measures every model with a card, and checks its folder: models.py PROGRAM [FOLDER] [--hour]
+
+With --hour, each demo scene runs for an hour of simulated time instead. Prints what is wrong, and ends with 1 if anything is.
+"""
+
+import json
+import math
+import subprocess
+import sys
+import time
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+
+AT_ONCE = 2
+
+
+def measured(program, folder):
+    if not (folder / "card.toml").exists():
+        return []
+    ran = subprocess.run([program, "measure", folder, "--json"], capture_output=True, text=True)
+    if ran.returncode not in (0, 1) or ran.stderr.strip():
+        return [ran.stderr.strip()]
+    wrong = [row for row in json.loads(ran.stdout) if row["verdict"] != "ok"]
+    told = "{measure}: {verdict}: {measured} {unit}, expected {expected} within {allowed}, on the card {recorded}"
+    return [told.format(**row) for row in wrong]
+
+
+def runs(program, folder):
+    """The demo runs for an hour without an error, and what it moves stays finite and near."""
+    demo = folder / "demo.toml"
+    if not demo.exists():
+        return []
+    command = [program, "run", demo, "--seconds", "3600", "--json"]
+    ran = subprocess.run(command, capture_output=True, text=True, cwd="/tmp")
+    if ran.returncode != 0:
+        return [ran.stderr.strip()[-2000:]]
+    objects = json.loads(ran.stdout)["objects"].items()
+    return [f"{path} is at {o['position']}" for path, o in objects if not all(abs(x) < 1e3 for x in o["position"])]
+
+
+def main():
+    hour = "--hour" in sys.argv
+    given = [a for a in sys.argv[1:] if a != "--hour"]
+    program = Path(given[0]).resolve()
+    models = Path(given[1]) if len(given) > 1 else Path(__file__).resolve().parent.parent / "models"
+    folders = sorted(f.parent for f in models.glob("*/model.toml"))
+
+    def one(folder):
+        begin = time.monotonic()
+        return (runs if hour else measured)(program, folder), time.monotonic() - begin
+
+    failed = 0
+    with ThreadPoolExecutor(AT_ONCE) as pool:
+        for folder, (wrong, seconds) in zip(folders, pool.map(one, folders)):
+            print(f"{'FAIL' if wrong else 'pass'}  {folder.name}  {math.ceil(seconds)} s", flush=True)
+            for text in wrong:
+                print(f"      {text}")
+            failed += bool(wrong)
+    print(f"{len(folders) - failed} of {len(folders)} models pass")
+    sys.exit(1 if failed else 0)
+
+
+if __name__ == "__main__":
+    main()
