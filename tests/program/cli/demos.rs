@@ -9,7 +9,9 @@ use crate::kit::*;
 fn scenes(folder: &Path, out: &mut Vec<PathBuf>) {
     let mut entries: Vec<PathBuf> = std::fs::read_dir(folder).unwrap().map(|e| e.unwrap().path()).collect();
     entries.sort();
-    for path in entries {
+    // Copies of unsaved scenes, which begin with a dot, are not published.
+    let hidden = |path: &Path| path.file_name().is_some_and(|n| n.to_string_lossy().starts_with('.'));
+    for path in entries.into_iter().filter(|p| !hidden(p)) {
         if path.is_dir() {
             scenes(&path, out);
         } else if path.extension().is_some_and(|e| e == "toml") {

@@ -53,7 +53,8 @@ fn a_hull_heaves_as_its_waterline_says() {
     // 16 kg over 0.16 m^2 of water: 0.1 m deep, half of the hull. Pushed down, it swings at sqrt(rho g A / m).
     let water = actuator("buoyancy", "size_m = [0.4, 0.4, 0.2]");
     let at = hull(16.0, "").replace("[0.0, 0.0, 0.0]", "[0.0, 0.0, 0.03]");
-    let lines = Place::scene(&format!("dt_s = 0.01\nphysics_dt_s = 0.002\n{at}{water}")).trace(&["/hull"], &["--seconds", "3"]);
+    let lines =
+        Place::scene(&format!("dt_s = 0.01\nphysics_dt_s = 0.002\n{at}{water}")).trace(&["/hull"], &["--seconds", "3"]);
     let w = (1000.0 * G * 0.16 / 16.0_f64).sqrt();
     for line in lines {
         let [_, _, z] = line.object::<3>("/hull", "position");

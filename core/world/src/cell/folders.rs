@@ -8,11 +8,12 @@ use std::{
     fs,
     io::{self, ErrorKind},
     path::{Path, PathBuf},
+    rc::Rc,
 };
 
 use cap_std::{ambient_authority, fs::Dir};
 use tatu_plugin_api::abi::*;
-use tatu_scene::document::normal;
+use tatu_scene::document::{Document, normal};
 
 /// A folder in which files may be opened.
 #[derive(Debug)]
@@ -41,6 +42,8 @@ pub(crate) struct Folders {
     scene: Option<Folder>,
     /// Used in place of the working folder.
     chosen: RefCell<Option<Folder>>,
+    /// Folders of scripts that are files of the document or of a model: scripts may read the modules beside them.
+    of_scripts: RefCell<Vec<Rc<Folder>>>,
 }
 
 /// The reason why a file is not opened.
@@ -76,7 +79,21 @@ impl Folders {
         let working = std::env::current_dir().unwrap_or_default();
         let scene = file.and_then(Path::parent).map(|p| normal(&working.join(p))).filter(|p| *p != working);
         let scene = scene.map(Folder::new);
-        Folders { working: Folder::new(working), scene, chosen: RefCell::default() }
+        let of_scripts = RefCell::default();
+        Folders { working: Folder::new(working), scene, chosen: RefCell::default(), of_scripts }
+    }
+
+    /// Lets scripts read files beside the script files that a document has read.
+    pub fn read_beside(&self, document: &Document) {
+        let scripts = document.objects.iter().flat_map(|o| &o.scripts).map(|s| Path::new(&s.name));
+        let mut all = self.of_scripts.borrow_mut();
+        // The name of a script that is no file is free text.
+        for folder in scripts.filter(|file| document.sources.has(file)).filter_map(Path::parent) {
+            let folder = normal(&self.working.path.join(folder));
+            if all.iter().all(|f| f.path != folder) {
+                all.push(Rc::new(Folder::new(folder)));
+            }
+        }
     }
 
     /// Makes the folder at this absolute path the folder for files, in place of the working folder.
@@ -117,12 +134,16 @@ impl Folders {
         let writes = mode & !TATU_FILE_READ != 0;
         let scene = self.scene.as_ref().filter(|_| !writes);
         let roots: Vec<&Folder> = std::iter::once(here).chain(scene).collect();
+        // These are found by their whole path only: a relative name has one meaning for all scripts.
+        let of_scripts = if writes { Vec::new() } else { self.of_scripts.borrow().clone() };
+        let of_scripts = || of_scripts.iter().map(Rc::as_ref);
         let mut refused = None;
         for root in &roots {
             // A chosen folder must contain all of its files. Without one, a path may lead from one of the two folders
             // into the other.
             let among = if chosen.is_some() { std::slice::from_ref(root) } else { roots.as_slice() };
-            match locate(&normal(&root.path.join(name)), among, writes, mode & TATU_FILE_FOLDERS != 0) {
+            let among: Vec<&Folder> = among.iter().copied().chain(of_scripts()).collect();
+            match locate(&normal(&root.path.join(name)), &among, writes, mode & TATU_FILE_FOLDERS != 0) {
                 Ok(Some(found)) => return f(found),
                 Ok(None) => {}
                 Err(why) => refused = refused.or(Some(why)),

@@ -52,6 +52,7 @@ impl World {
         let cell = Rc::new(WorldCell::new(document, registry, settings, scene, origins, pool));
         cell::enlist(&cell);
         let world = World { cell };
+        world.cell.run.folders.read_beside(&world.cell.model.document);
         make_devices(&world.cell, &slots)?;
         world.make_instances()?;
         world.cell.restore_process_state("the making of the world");

@@ -181,19 +181,22 @@ unsafe fn find(l: *mut lua_State) -> bool {
             return true;
         }
     }
-    lua_settop(l, 2);
-    let path = luaL_gsub(l, lua_tolstring(l, 1, std::ptr::null_mut()), c".".as_ptr(), c"/".as_ptr());
-    debug_assert!(!path.is_null());
-    push(l, b".lua");
-    lua_concat(l, 2);
-    lua_insert(l, 3);
-    if compile(l, 3) {
-        lua_replace(l, 3);
-        lua_settop(l, 3);
-        return true;
-    }
-    if !s.scratch.borrow().starts_with(b"cannot open ") {
-        lua_error(l); // a file that is there, with an error of its own
+    // The script's own folder comes first: models bring their modules along.
+    for folder in [own_folder(s), Vec::new()] {
+        lua_settop(l, 2);
+        push(l, &folder);
+        let path = luaL_gsub(l, lua_tolstring(l, 1, std::ptr::null_mut()), c".".as_ptr(), c"/".as_ptr());
+        debug_assert!(!path.is_null());
+        push(l, b".lua");
+        lua_concat(l, 3);
+        if compile(l, 3) {
+            lua_replace(l, 3);
+            lua_settop(l, 3);
+            return true;
+        }
+        if !s.scratch.borrow().starts_with(b"cannot open ") {
+            lua_error(l); // a file that is there, with an error of its own
+        }
     }
     // Files come first, so that a user's module may have the name of a plugin's module.
     lua_settop(l, 2);
@@ -214,6 +217,12 @@ unsafe fn find(l: *mut lua_State) -> bool {
         return true;
     }
     false
+}
+
+/// Returns the folder of the script's file, with a slash at its end; empty if the script is not in a folder.
+fn own_folder(s: &State) -> Vec<u8> {
+    let text = s.text.borrow();
+    text.chunk.rfind('/').map_or_else(Vec::new, |end| text.chunk.as_bytes()[..=end].to_vec())
 }
 
 unsafe fn missing(l: *mut lua_State) -> i32 {
