@@ -19,6 +19,13 @@ tatu look $room --sensor eye --at 1 -o $images/depth.png
 car=scenes/course/manta_keyboard_statusbar.toml
 tatu look $car --from 1.5,-1.2,0.8 --to 0.3,0,0.05 --size 800x500 -o $images/manta.png
 
+# Each model, for its page, and all of them in one sheet.
+for page in models/*/README.md; do
+    model=$(basename "$(dirname "$page")")
+    if grep -q picture.png "$page"; then tatu describe "$model" --picture "models/$model/picture.png" >/dev/null; fi
+done
+tatu describe $(ls -d models/*/ | xargs -n1 basename) --picture $images/models.png >/dev/null
+
 # Each scene as the page offers it, beside it: NAME.png for NAME.toml.
 for scene in scenes/*/*.toml; do
     case $scene in

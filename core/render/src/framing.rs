@@ -10,6 +10,10 @@ use super::Camera;
 /// Direction from the target to the camera, for a scene without a camera: the camera is behind, to the right and above,
 /// if the front is +x. Not normalized.
 const FROM: [f64; 3] = [-0.55, -0.65, 0.5];
+/// The same for a model alone: the camera is ahead, to the right and above.
+const FROM_AHEAD: [f64; 3] = [0.62, -0.6, 0.42];
+/// Parts whose distance from the others is below this share of their extent belong to the model.
+const GAP: f64 = 0.4;
 /// Scale of the margin around the visible shapes.
 const ROOM: f64 = 1.05;
 /// Assumed size of a scene in which nothing is visible, in metres.
@@ -35,18 +39,50 @@ pub fn scene_camera(world: &World, fov: Option<f64>, [columns, rows]: [u32; 2]) 
 }
 
 /// Returns a camera that shows all visible shapes except planes.
-pub fn framing(world: &World, fov: f64, [columns, rows]: [u32; 2]) -> Camera {
-    let all = world.look_at(|scene, _| {
+pub fn framing(world: &World, fov: f64, size: [u32; 2]) -> Camera {
+    let all = visible(world).into_iter().reduce(around);
+    showing(all, Vector3::from(FROM), fov, size)
+}
+
+/// Returns a camera that shows a model alone, from ahead: what hangs together with its first visible shape, without markers
+/// that it has far away, such as waypoints.
+pub fn model_framing(world: &World, fov: f64, size: [u32; 2]) -> Camera {
+    let mut left = visible(world);
+    let mut all = (!left.is_empty()).then(|| left.remove(0));
+    while let Some(bounds) = all {
+        let reach = GAP * (bounds[1] - bounds[0]).norm();
+        let near =
+            |[low, high]: &Bounds| (0..3).all(|k| low[k] <= bounds[1][k] + reach && high[k] >= bounds[0][k] - reach);
+        let Some(next) = left.iter().position(near) else { break };
+        all = Some(around(bounds, left.remove(next)));
+    }
+    showing(all, Vector3::from(FROM_AHEAD), fov, size)
+}
+
+/// The least and the greatest coordinates of a shape, world frame, m.
+type Bounds = [Vector3<f64>; 2];
+
+fn around([low, high]: Bounds, [a, b]: Bounds) -> Bounds {
+    [low.inf(&a), high.sup(&b)]
+}
+
+/// Returns the bounds of each part of the visible shapes, without planes.
+fn visible(world: &World) -> Vec<Bounds> {
+    world.look_at(|scene, _| {
         let shapes = scene.slots().filter_map(|(slot, o)| Some((slot, o.shape().filter(|_| o.is_visible())?)));
         let parts = shapes.flat_map(|(slot, shape)| {
             visible_parts(shape).into_iter().filter_map(move |p| bounds(&p.form, &(scene.world(slot) * p.pose)))
         });
-        parts.reduce(|[low, high], [a, b]| [low.inf(&a), high.sup(&b)])
-    });
+        parts.collect()
+    })
+}
+
+/// Returns a camera that looks at bounds from a direction.
+fn showing(all: Option<Bounds>, from: Vector3<f64>, fov: f64, [columns, rows]: [u32; 2]) -> Camera {
     let [low, high] = all.unwrap_or([Vector3::repeat(-NOTHING / 2.0), Vector3::repeat(NOTHING / 2.0)]);
     let middle = Point3::from((low + high) / 2.0);
     let radius = ((high - low).norm() / 2.0).max(1e-3);
     let upright = 2.0 * libm::atan(libm::tan(fov / 2.0) * f64::from(rows) / f64::from(columns));
     let distance = ROOM * radius / libm::sin(fov.min(upright) / 2.0);
-    Camera { from: middle + Vector3::from(FROM).normalize() * distance, to: middle, fov, columns, rows }
+    Camera { from: middle + from.normalize() * distance, to: middle, fov, columns, rows }
 }
