@@ -125,3 +125,26 @@ fn pipes_devices_and_folders_are_no_files() {
         end";
     ran(&place(script)).good().tells(&["done"]);
 }
+
+/// A model brings its modules along, wherever it is; other scripts do not see them, and nothing leads out of the folder.
+#[test]
+fn scripts_of_models_require_what_is_beside_them() {
+    let place = Place::new();
+    let model = "format = 1\n[model]\ntext = \"T\"\n[[object]]\nkind = \"dummy\"\nalias = \"m\"\nscript = \"m.lua\"\n";
+    place.write("far/models/m/model.toml", model).write("far/models/m/parts/help.lua", "return 'helped'\n");
+    place.write("secret.lua", "return 'secret'\n");
+    symlink("../../../secret.lua", place.path().join("far/models/m/away.lua")).unwrap();
+    let script = "function sysCall_init()
+            print(require 'parts.help')
+            assert(not pcall(require, 'away') and not pcall(dofile, 'parts/help.lua') and not pcall(io.lines, 'm.lua'))
+        end";
+    place.write("far/models/m/m.lua", script);
+    let other = "function sysCall_init() assert(not pcall(require, 'parts.help')) end";
+    let scene = format!("format = 1\n[[model]]\nmodel = \"m\"\n{}", watcher("d", other));
+    place.write("near/scene.toml", &scene);
+    let models = place.path().join("far/models");
+    let near = place.path().join("near");
+    let args = ["run", "scene.toml", "--steps", "1", "--no-addons"];
+    let done = run(program(), &near, &args, &[("TATU_MODEL_PATH", models.to_str().unwrap())]).good();
+    assert!(done.out.contains("helped"), "{}{}", done.out, done.err);
+}

@@ -136,7 +136,12 @@ fn weakened(motor: JointMotor, record: &JointRecord) -> JointMotor {
         let damping = motor.max_force / no_load;
         return JointMotor { target_vel: direction * no_load, damping, ..motor };
     }
-    JointMotor { max_force: motor.max_force * (1.0 - direction * speed / no_load).max(0.0), ..motor }
+    JointMotor {
+        // A light load would be faster than the motor can turn within a sub-step.
+        target_vel: motor.target_vel.clamp(-no_load, no_load),
+        max_force: motor.max_force * (1.0 - direction * speed / no_load).max(0.0),
+        ..motor
+    }
 }
 
 /// Returns the dry friction that a drive absorbs into its own limit. Rapier solves the constraint of a drive before
