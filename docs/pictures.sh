@@ -29,10 +29,11 @@ tatu describe $(ls -d models/*/ | xargs -n1 basename) --picture $images/models.p
 # Each scene as the page offers it, beside it: NAME.png for NAME.toml.
 for scene in scenes/*/*.toml; do
     case $scene in
-        *manta*) from=1.5,-1.2,0.8 to=0.3,0,0.05 ;;
-        *) from=-2.9,-3.4,2.7 to=-0.1,0,0.1 ;;
+        *showcase*) view="--at 8" ;; # from the scene's own camera
+        *manta*) view="--from 1.5,-1.2,0.8 --to 0.3,0,0.05 --at 2" ;;
+        *) view="--from -2.9,-3.4,2.7 --to -0.1,0,0.1 --at 2" ;;
     esac
-    tatu look "$scene" --from "$from" --to "$to" --at 2 --size 240x150 --files "${TMPDIR:-/tmp}" -o "${scene%.toml}.png"
+    tatu look "$scene" $view --size 240x150 --files "${TMPDIR:-/tmp}" -o "${scene%.toml}.png"
 done
 
 work=$(mktemp -d)

@@ -14,7 +14,7 @@ fn scenes(folder: &Path, out: &mut Vec<PathBuf>) {
     for path in entries.into_iter().filter(|p| !hidden(p)) {
         if path.is_dir() {
             scenes(&path, out);
-        } else if path.extension().is_some_and(|e| e == "toml") {
+        } else if path.extension().is_some_and(|e| e == "toml") && !path.ends_with("tatu.toml") {
             out.push(path);
         }
     }
@@ -28,7 +28,14 @@ fn scenes_run() {
     // Some scenes write files to the working folder.
     let place = Place::new();
     for scene in all {
-        place.tatu(&["run", scene.to_str().unwrap(), "--seconds", "3", "--json"]).good();
+        let text = std::fs::read_to_string(&scene).unwrap();
+        let mut args = vec!["run".to_owned(), scene.to_str().unwrap().to_owned()];
+        args.extend(["--seconds", "1", "--json"].map(str::to_owned));
+        // The ports of a scene may be in use.
+        for service in text.split("[[service]]\nid = \"").skip(1).filter_map(|s| s.split('"').next()) {
+            args.extend(["--service".to_owned(), format!("{service}:port=0")]);
+        }
+        place.tatu(&args.iter().map(String::as_str).collect::<Vec<_>>()).good();
     }
 }
 

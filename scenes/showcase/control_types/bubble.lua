@@ -1,0 +1,20 @@
+-- Way 1, a script in the scene: ahead; backwards in a curve for a while once the nose has seen something.
+--
+-- All ways in this folder do the same, with the same constants.
+
+local AHEAD = {5, 5}                -- rad/s, left and right wheel
+local BACK = {-2.5, -0.625}         -- rad/s
+local BACK_TIME = 3                 -- s
+
+function sysCall_init()
+    left, right, nose = sim.getObject(':/leftMotor'), sim.getObject(':/rightMotor'), sim.getObject(':/sensingNose')
+    back_until = 0                  -- s
+end
+
+function sysCall_actuation()
+    local now = sim.getSimulationTime()
+    if sim.readProximitySensor(nose) == 1 then back_until = now + BACK_TIME end
+    local wheels = now < back_until and BACK or AHEAD
+    sim.setJointTargetVelocity(left, wheels[1])
+    sim.setJointTargetVelocity(right, wheels[2])
+end
