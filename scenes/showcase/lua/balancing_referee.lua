@@ -1,5 +1,5 @@
--- Pushes the robot every few seconds, shows it by an arrow, and checks that it stays up and drives on. It reads the true
--- pose, which the robot itself never does.
+-- Pushes the robot every few seconds, shows it by an arrow, and checks that it stays up and drives on. It reads the
+-- true pose, which the robot itself never does.
 
 local EVERY = 5.0             -- s: from one push to the next
 local IMPULSE = 0.06          -- N s

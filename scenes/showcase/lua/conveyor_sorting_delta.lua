@@ -36,7 +36,8 @@ local motors, kinematics, tip, vacuum, camera, belt, tie, at, marks
 local last_image = 0         -- number of the last image that was looked at
 local travelled = 0          -- m: how far the belt has moved
 local last_seen = -1         -- m: `travelled` when the last piece was seen
-local queue = {}             -- pieces that were seen and not yet taken: colour, and x and y on the belt at travelled = 0
+-- Pieces that were seen and not yet taken: colour, and x and y on the belt at `travelled` = 0.
+local queue = {}
 local filled = {}            -- how many pieces were put into the bin of each colour
 
 -- Seeing --------------------------------------------------------------------------------------------------------------

@@ -1,7 +1,7 @@
 -- The pilot flies the quadrotor through the gates along a smooth path, and lands where it began.
 --
--- The path is a closed Catmull-Rom spline through the middles of the gates, with a point before and behind each, so that
--- it crosses them at right angles. The speed along it is that of which the turns allow, with limited changes. The flight
+-- The path is a closed Catmull-Rom spline through a point before and one behind each gate, so that it crosses the
+-- gates nearly at right angles. The speed along it is what the turns allow, with limited changes. The flight
 -- controller of the robot, which estimates its pose from IMU and motion capture, is given position, velocity and
 -- acceleration of the path; this script knows the robot's own estimate and the plan of the gates, nothing else.
 

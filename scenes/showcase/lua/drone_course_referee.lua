@@ -32,7 +32,10 @@ function sysCall_init()
         light(i, i == 1)
     end
     graph = sim.getObject('/flight')
-    streams = {sim.addGraphStream(graph, 'error of the estimate', 'm'), sim.addGraphStream(graph, 'off the middle', 'm')}
+    streams = {
+        sim.addGraphStream(graph, 'error of the estimate', 'm'),
+        sim.addGraphStream(graph, 'off the middle', 'm'),
+    }
     pilot = sim.getScript(sim.scripttype_simulation, sim.getObject('/quadrotor/controller'))
 end
 
@@ -59,5 +62,7 @@ function sysCall_sensing()
         local e = math.sqrt((believed[1] - p[1]) ^ 2 + (believed[2] - p[2]) ^ 2 + (believed[3] - p[3]) ^ 2)
         sim.setGraphStreamValue(graph, streams[1], e)
     end
-    if now - since > GATE_MOST then error(string.format('gate %d was not crossed within %d s', next_gate, GATE_MOST)) end
+    if now - since > GATE_MOST then
+        error(string.format('gate %d was not crossed within %d s', next_gate, GATE_MOST))
+    end
 end

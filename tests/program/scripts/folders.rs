@@ -144,7 +144,14 @@ fn scripts_of_models_require_what_is_beside_them() {
     place.write("near/scene.toml", &scene);
     let models = place.path().join("far/models");
     let near = place.path().join("near");
-    let args = ["run", "scene.toml", "--steps", "1", "--no-addons"];
-    let done = run(program(), &near, &args, &[("TATU_MODEL_PATH", models.to_str().unwrap())]).good();
+    let env = [("TATU_MODEL_PATH", models.to_str().unwrap())];
+    for more in [&[][..], &["--files", "."]] {
+        let args = [&["run", "scene.toml", "--steps", "1", "--no-addons"], more].concat();
+        let done = run(program(), &near, &args, &env).good();
+        assert!(done.out.contains("helped"), "{}{}", done.out, done.err);
+    }
+    // The names of scripts may be relative to the working folder.
+    let args = ["run", "near/scene.toml", "--steps", "1", "--no-addons", "--files", "near"];
+    let done = run(program(), place.path(), &args, &[("TATU_MODEL_PATH", "far/models")]).good();
     assert!(done.out.contains("helped"), "{}{}", done.out, done.err);
 }

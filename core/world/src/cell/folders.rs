@@ -149,6 +149,11 @@ impl Folders {
                 Err(why) => refused = refused.or(Some(why)),
             }
         }
+        // The names of scripts are relative to the working folder, also if another folder was chosen.
+        let beside: Vec<&Folder> = of_scripts().collect();
+        if let Ok(Some(found)) = locate(&normal(&self.working.path.join(name)), &beside, writes, false) {
+            return f(found);
+        }
         Err(refused.unwrap_or_else(|| missing(name, &roots.iter().map(|r| r.path.as_path()).collect::<Vec<_>>())))
     }
 }
