@@ -118,6 +118,9 @@ impl Reader<'_> {
                 return Err(self.fail("E102", "`measure` is not written as [[measure]]".into(), span));
             }
         }
+        if measures.is_empty() {
+            return Err(self.fail("E104", "the card has no [[measure]]".into(), None));
+        }
         let not_shown = match doc.get("not_shown") {
             None => Vec::new(),
             Some(item) => {
@@ -142,6 +145,12 @@ impl Reader<'_> {
             let wrong = || self.fail("E102", format!("`{key}` is not a number"), item.span());
             number.map(Some).ok_or_else(wrong)
         };
+        for key in ["tolerance", "within", "seconds"] {
+            if number(key)?.is_some_and(|x| x <= 0.0) {
+                let span = table.get(key).and_then(Item::span);
+                return Err(self.fail("E102", format!("`{key}` is not greater than 0"), span));
+            }
+        }
         let name = text("name")?;
         let is_name = name.chars().all(|c| c.is_ascii_alphanumeric() || c == '_')
             && name.starts_with(|c: char| c.is_ascii_alphabetic() || c == '_');
@@ -152,7 +161,7 @@ impl Reader<'_> {
         let expected = number("expected")?.ok_or_else(|| lacks("expected"))?;
         let relative = number("tolerance")?.unwrap_or(TOLERANCE) * expected.abs();
         let allowed = number("within")?.unwrap_or(relative);
-        if allowed <= 0.0 {
+        if allowed == 0.0 {
             let text = format!("`{name}` allows no difference at all");
             let error = self.fail("E104", text, table.span());
             return Err(error.help("give `within`, the greatest difference, if `expected` is 0"));

@@ -35,17 +35,16 @@ const SHARED: &str = include_str!("../card/measure.lua");
 /// The signal that carries a value out of the world.
 const SIGNAL: &str = "measured";
 
-/// Measures a model. The exit code is 0 if all measures are as the sheet and the card say, 1 if not, 2 if nothing could be
+/// Measures a model. The exit code is 0 if all measures are as the sheet and the card say, 1 if not, 2 if something could not be
 /// measured.
 pub fn measure(args: &args::Measure) -> ExitCode {
     let watchdog = Watchdog::start(args.watchdog, false);
     let done = super::registry(None, &Sources::default(), &[], &watchdog).and_then(|registry| {
-        let good = all(args, &registry, &watchdog)?;
-        Ok(super::end(registry) && good)
+        let code = all(args, &registry, &watchdog)?;
+        Ok(if super::end(registry) { code } else { ExitCode::FAILURE })
     });
     match done {
-        Ok(true) => ExitCode::SUCCESS,
-        Ok(false) => ExitCode::FAILURE,
+        Ok(code) => code,
         Err(e) => {
             report::error(&e);
             ExitCode::from(2)
@@ -53,7 +52,7 @@ pub fn measure(args: &args::Measure) -> ExitCode {
     }
 }
 
-fn all(args: &args::Measure, registry: &Arc<Registry>, watchdog: &Watchdog) -> Result<bool, Error> {
+fn all(args: &args::Measure, registry: &Arc<Registry>, watchdog: &Watchdog) -> Result<ExitCode, Error> {
     let file = model_file(&args.model, registry)?;
     let lacks = || Error::new("E105", format!("there is no card.toml beside {}", file.display()));
     let card =
@@ -67,16 +66,21 @@ fn all(args: &args::Measure, registry: &Arc<Registry>, watchdog: &Watchdog) -> R
     let script = read_plain_text(&lua, MOST_BYTES)
         .map_err(|e| Error::new("E105", format!("{} cannot be read: {e}", lua.display())))?;
     let wanted = |m: &Measure| args.only.is_empty() || args.only.contains(&m.name);
+    // One that fails does not keep the others from being measured.
+    let mut failed = false;
     let mut values = Vec::new();
     for m in &card.measures {
-        values.push(wanted(m).then(|| one(m, &file, &lua, &script, registry, watchdog)).transpose()?);
+        let done = wanted(m).then(|| one(m, &file, &lua, &script, registry, watchdog)).transpose();
+        failed |= done.is_err();
+        values.push(done.inspect_err(report::error).ok().flatten());
     }
     if args.write {
         card::write(&card, &values)?;
     }
     let rows: Vec<Json> = card.measures.iter().zip(&values).filter_map(|(m, v)| row(m, (*v)?, args.write)).collect();
     tell(args, registry, &file, &rows)?;
-    Ok(rows.iter().all(|r| r["verdict"] == "ok"))
+    let good = rows.iter().all(|r| r["verdict"] == "ok");
+    Ok(if failed { ExitCode::from(2) } else { ExitCode::from(u8::from(!good)) })
 }
 
 /// Returns the file of a model that is named by its id, its folder or its file.
@@ -105,9 +109,7 @@ fn one(
 ) -> Result<f64, Error> {
     let fail = |why: String| Error::new("E126", format!("`{}` of {} {why}", m.name, lua.display()));
     let scene = model.with_file_name("card.scene.toml");
-    // The shared functions come last, so that errors have the lines of card.lua.
-    let script =
-        format!("{script}\n{SHARED}\nfunction sysCall_thread() sim.setFloatSignal('{SIGNAL}', {}()) end\n", m.name);
+    let script = format!("{} {script}", before(m));
     let files = [(scene.clone(), scene_of(m, model).into_bytes()), (lua.to_owned(), script.into_bytes())];
     let options = Options { sources: Sources::over(files, false), ..Options::default() };
     let document = document::load(&scene, registry, &options)?;
@@ -130,8 +132,22 @@ fn one(
     match value {
         Some(x) if x.is_finite() => Ok(x),
         Some(x) => Err(fail(format!("returned {x}"))),
+        None if world.time() < m.seconds => Err(fail("ended the run before it returned a number".into())),
         None => Err(fail(format!("returned no number within {} s of simulation time", m.seconds))),
     }
+}
+
+/// Returns what stands before the script: the shared functions and the call of the measure, in one line, so that errors have
+/// the lines of card.lua.
+fn before(m: &Measure) -> String {
+    let shared: Vec<&str> = SHARED.lines().map(str::trim).filter(|l| !l.starts_with("--")).collect();
+    let name = &m.name;
+    format!(
+        "{} function sysCall_thread() local value = {name}() \
+         if type(value) ~= 'number' then error('{name} returned a ' .. type(value) .. ': expected a number', 0) end \
+         sim.setFloatSignal('{SIGNAL}', value) end",
+        shared.join(" ")
+    )
 }
 
 /// Returns the text of the scene of a measure.
@@ -164,8 +180,8 @@ fn scene_of(m: &Measure, model: &Path) -> String {
 fn row(m: &Measure, measured: f64, written: bool) -> Option<Json> {
     let verdict = match (m.holds(measured), m.measured) {
         (false, _) => "off",
-        (true, None) if !written => "not written yet",
-        (true, Some(_)) if !written && !m.is_recorded(measured) => "the card says otherwise",
+        (true, None) if !written => "not recorded: use --write",
+        (true, Some(_)) if !written && !m.is_recorded(measured) => "recorded otherwise",
         _ => "ok",
     };
     let off = match m.expected {
@@ -188,6 +204,6 @@ fn tell(args: &args::Measure, registry: &Registry, file: &Path, rows: &[Json]) -
     // What was written just now counts.
     let card = card::read(file)?;
     let grade = Grade::of(&numbers, card.as_ref());
-    report::out!("\ngrade {}: {}", grade.letter(), grade.text(&numbers));
+    report::out!("\ngrade {}: {}", grade.letter(), grade.text(&numbers, card.as_ref()));
     Ok(())
 }

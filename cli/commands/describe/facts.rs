@@ -120,12 +120,13 @@ fn model(r: &Registry, m: &Model) -> Json {
 fn card(out: &mut Json, m: &Model, file: &Path) {
     let card = card::read(file).inspect_err(report::warning).ok().flatten();
     let grade = Grade::of(&m.numbers, card.as_ref());
-    out["grade"] = json!(format!("{}: {}", grade.letter(), grade.text(&m.numbers)));
+    out["grade"] = json!(format!("{}: {}", grade.letter(), grade.text(&m.numbers, card.as_ref())));
     let Some(card) = card else { return };
     let measure = |m: &Measure| {
         json!({
             "name": m.name, "text": m.text, "measured": m.measured, "sheet": m.expected, "unit": m.unit,
             "within": card::rounded(m.allowed), "source": m.source,
+            "holds": m.measured.map(|x| m.holds(x)),
         })
     };
     out["measures"] = card.measures.iter().map(measure).collect();

@@ -121,7 +121,7 @@ fn print(fact: &Value) {
     }
     section("slots", &fact["slots"], &["name", "mount", "payload_kg", "text"]);
     section("parameters", &fact["parameters"], &["name", "type", "unit", "range", "default", "text"]);
-    section("measures", &fact["measures"], &["text", "measured", "sheet", "unit", "within", "source"]);
+    section("measures", &fact["measures"], &["text", "measured", "sheet", "unit", "within", "holds", "source"]);
     section("numbers", &fact["numbers"], &["name", "value", "unit", "source"]);
     section("controls", &fact["controls"], &["name", "type", "unit", "range", "default", "text"]);
     section("returns", &fact["returns"], &["name", "type", "unit", "text"]);

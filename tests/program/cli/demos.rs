@@ -9,8 +9,10 @@ use crate::kit::*;
 fn scenes(folder: &Path, out: &mut Vec<PathBuf>) {
     let mut entries: Vec<PathBuf> = std::fs::read_dir(folder).unwrap().map(|e| e.unwrap().path()).collect();
     entries.sort();
-    // Copies of unsaved scenes, which begin with a dot, are not published.
-    let hidden = |path: &Path| path.file_name().is_some_and(|n| n.to_string_lossy().starts_with('.'));
+    // Copies of unsaved scenes, which begin with a dot, are not published; a folder `plugin` has a plugin to be built.
+    let hidden = |path: &Path| {
+        path.file_name().is_some_and(|n| n.to_string_lossy().starts_with('.')) || path.ends_with("plugin")
+    };
     for path in entries.into_iter().filter(|p| !hidden(p)) {
         if path.is_dir() {
             scenes(&path, out);

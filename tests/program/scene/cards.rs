@@ -34,6 +34,14 @@ end
 function endless()
     while true do sim.step() end
 end
+function text()
+    return 'much'
+end
+function stops()
+    sim.stopSimulation()
+    sim.wait(1)
+    return 1
+end
 function broken()
     return nothing.at.all
 end
@@ -59,7 +67,7 @@ fn what_a_model_does_is_measured_written_and_graded() {
     // Nothing is written yet.
     let first = place.tatu(&["measure", "cart"]);
     assert_eq!(first.code, 1);
-    assert!(first.out.contains("not written yet") && first.out.contains("grade B"), "{}", first.out);
+    assert!(first.out.contains("not recorded: use --write") && first.out.contains("grade B"), "{}", first.out);
     let written = place.tatu(&["measure", "models/cart", "--write"]).good();
     assert!(written.out.contains("grade A"), "{}", written.out);
     assert!(place.read("models/cart/card.toml").contains("measured = 3.0\n"));
@@ -71,7 +79,7 @@ fn what_a_model_does_is_measured_written_and_graded() {
     let stale = place.read("models/cart/card.toml").replace("measured = 3.0\n", "measured = 3.05\n");
     place.write("models/cart/card.toml", &stale);
     let said = place.tatu(&["measure", "cart"]);
-    assert!(said.code == 1 && said.out.contains("the card says otherwise"), "{}", said.out);
+    assert!(said.code == 1 && said.out.contains("recorded otherwise"), "{}", said.out);
     place.write("models/cart/model.toml", &CART.replace("\"=mass\"", "\"=1.1 * mass\""));
     let said = place.tatu(&["measure", "cart", "--json"]);
     assert_eq!((said.code, &said.json()[1]["verdict"]), (1, &"off".into()));
@@ -79,16 +87,24 @@ fn what_a_model_does_is_measured_written_and_graded() {
 
 #[test]
 fn functions_that_fail_are_named() {
-    let all = measure("endless", 1.0, "seconds = 2.0") + &measure("broken", 1.0, "") + &measure("missing", 1.0, "");
+    let all = measure("endless", 1.0, "seconds = 2.0")
+        + &measure("broken", 1.0, "")
+        + &measure("missing", 1.0, "")
+        + &measure("text", 1.0, "")
+        + &measure("stops", 1.0, "");
     let place = place(&all);
     for (name, words) in [
         ("endless", "`endless` of models/cart/card.lua returned no number within 2 s"),
-        ("broken", "card.lua:13"),
+        ("broken", "card.lua:21"),
         ("missing", "`missing` of models/cart/card.lua failed"),
+        ("text", "text returned a string: expected a number"),
+        ("stops", "`stops` of models/cart/card.lua ended the run"),
     ] {
         place.tatu(&["measure", "models/cart", "--only", name]).refused(&["error[E126]", words]);
     }
-    place.tatu(&["measure", "cart", "--only", "fal"]).refused(&["error[E130]", "endless, broken, missing"]);
+    place
+        .tatu(&["measure", "cart", "--only", "fal"])
+        .refused(&["error[E130]", "endless, broken, missing, text, stops"]);
     place.tatu(&["measure", "carts"]).refused(&["error[E130]", "no model `carts`"]);
 }
 
@@ -98,6 +114,8 @@ fn mistakes_in_cards_name_the_line() {
         ("[[measure]]\nname = \"a\"\ntxt = \"T\"\n", ["error[E101]", "card.toml:5:1"]),
         ("[[measure]]\nname = \"a b\"\n", ["error[E102]", "card.toml:4:8"]),
         (&measure("a", 0.0, ""), ["error[E104]", "`within`"]),
+        (&measure("a", 1.0, "tolerance = -1"), ["error[E102]", "greater than 0"]),
+        ("", ["error[E104]", "no [[measure]]"]),
         (&measure("a", 1.0, "measured = \"much\""), ["error[E102]", "`measured` is not a number"]),
         ("measure = 1\n", ["error[E102]", "[[measure]]"]),
         ("[[measure]\n", ["error[E100]", "card.toml:3"]),

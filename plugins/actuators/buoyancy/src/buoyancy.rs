@@ -1,6 +1,7 @@
 //! The actuator kind "buoyancy".
 
 use tatu_plugin_api::{
+    abi::TATU_KIND_SHAPE,
     fields,
     safe::{Actuator, Drive, Fail, Field, Instance, Output, Param, Params, Result, SharedWorld},
 };
@@ -23,6 +24,8 @@ pub struct Buoyancy {
     /// Drag of the whole hull, per velocity along and about each axis of the mount.
     linear: [f64; 6],
     quadratic: [f64; 6],
+    /// Mass (three times) and moments of inertia of the body, kg and kg m^2, by which drag slows it down.
+    inertia: [f64; 6],
 }
 
 fields! {
@@ -44,27 +47,29 @@ impl Actuator for Buoyancy {
     const SCHEMAS: &'static [&'static str] = &["buoyancy/1"];
 
     fn params() -> Vec<Param> {
-        let drag = |key: &str, text: &str| Param::floats(key, 6).range(0.0, f64::INFINITY).rebuilds().text(text);
+        let drag = |key: &str, text: &str| Param::floats(key, 6).range(0.0, 1e9).rebuilds().text(text);
         vec![
             Param::floats("size", 3)
                 .unit("m")
-                .range(0.0, f64::INFINITY)
+                .range(0.0, 1e4)
                 .default([1.0, 1.0, 1.0])
                 .rebuilds()
                 .text("Extents of the hull, a box about the actuator's origin, along its axes."),
             Param::float("volume")
-                .range(0.0, f64::INFINITY)
+                .range(0.0, 1e9)
                 .default(0.0)
                 .rebuilds()
                 .text("Water that the hull displaces when it is under water, m^3; 0: that of the box."),
-            Param::float("density")
-                .range(0.0, f64::INFINITY)
-                .default(1000.0)
+            Param::float("density").range(0.0, 1e5).default(1000.0).rebuilds().text("Density of the water, kg/m^3."),
+            Param::float("surface")
+                .unit("m")
+                .range(-1e6, 1e6)
+                .default(0.0)
                 .rebuilds()
-                .text("Density of the water, kg/m^3."),
-            Param::float("surface").unit("m").default(0.0).rebuilds().text("Height of the surface in the world."),
+                .text("Height of the surface in the world."),
             Param::floats("current", 3)
                 .unit("m/s")
+                .range(-1e3, 1e3)
                 .default([0.0, 0.0, 0.0])
                 .rebuilds()
                 .text("Velocity of the water, world frame."),
@@ -85,7 +90,7 @@ impl Actuator for Buoyancy {
         Vec::new()
     }
 
-    fn create(world: &SharedWorld<'_>, _: Instance, params: &Params<'_>) -> Result<Self> {
+    fn create(world: &SharedWorld<'_>, instance: Instance, params: &Params<'_>) -> Result<Self> {
         let size = params.array::<3>("size")?;
         let (given, density) = (params.f64("volume")?, params.f64("density")?);
         let [_, _, gravity] = world.f64s(0, world.host().prop("scene.gravity"))?;
@@ -97,6 +102,7 @@ impl Actuator for Buoyancy {
             current: params.array("current")?,
             linear: params.array("linear_drag")?,
             quadratic: params.array("quadratic_drag")?,
+            inertia: inertia(world, instance)?,
         };
         if size.iter().any(|s| *s <= 0.0) {
             return Err(Fail::argument("`size` must be greater than 0 along each axis"));
@@ -120,8 +126,10 @@ impl Actuator for Buoyancy {
         let of_mount = |v: [f64; 3]| axes.map(|a| a[0] * v[0] + a[1] * v[1] + a[2] * v[2]);
         let ([u, v, w], [p, q, r]) = (of_mount([vx - cx, vy - cy, vz - cz]), of_mount([wx, wy, wz]));
         let twist = [u, v, w, p, q, r];
-        let drag: [f64; 6] =
-            std::array::from_fn(|i| -share * (self.linear[i] + self.quadratic[i] * twist[i].abs()) * twist[i]);
+        let drag: [f64; 6] = std::array::from_fn(|i| {
+            let per_velocity = share * (self.linear[i] + self.quadratic[i] * twist[i].abs());
+            -per_velocity * twist[i] * mean_decay(per_velocity * drive.dt() / self.inertia[i])
+        });
         let [fx, fy, fz] = drive.to_world([drag[0], drag[1], drag[2]]);
         let [tx, ty, tz] = drive.to_world([drag[3], drag[4], drag[5]]);
         out.force = [fx, fy, fz + lift];
@@ -129,5 +137,43 @@ impl Actuator for Buoyancy {
         out.report.set(Report::SUBMERGED, share);
         out.report.set(Report::FORCE, lift);
         Ok(())
+    }
+}
+
+/// Returns the mass (three times) and the moments of inertia of the shape that an actuator is mounted on.
+fn inertia(world: &SharedWorld<'_>, instance: Instance) -> Result<[f64; 6]> {
+    let host = world.host();
+    let [parent, mass, inertia] = ["object.parent", "shape.mass", "shape.inertia"].map(|key| host.prop(key));
+    let mut mount = instance.owner;
+    loop {
+        mount = match world.get(mount, parent)?.as_object() {
+            Some(above) if above != 0 => above,
+            _ => return Err(Fail::argument("it floats nothing: expected a parent that is a shape")),
+        };
+        if world.look(mount)?.kind == TATU_KIND_SHAPE {
+            break;
+        }
+    }
+    let m = world.f64(mount, mass)?;
+    let [xx, _, _, _, yy, _, _, _, zz] = world.f64s(mount, inertia)?;
+    Ok([m, m, m, xx, yy, zz].map(|x| x.max(f64::MIN_POSITIVE)))
+}
+
+/// Returns the mean of exp(-t) for t from 0 to x: the share of a drag that acts, on average, on a body that it slows down in
+/// a step. Without it, a light body would be thrown back and forth.
+fn mean_decay(x: f64) -> f64 {
+    if x < 1e-9 { 1.0 } else { -libm::expm1(-x) / x }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::mean_decay;
+
+    #[test]
+    fn drag_never_turns_a_body_round() {
+        for x in [0.0, 1e-12, 1e-3, 1.0, 100.0, 1e9] {
+            let slower = 1.0 - x * mean_decay(x);
+            assert!((slower - libm::exp(-x)).abs() < 1e-12 && (0.0..=1.0).contains(&slower), "{x}: {slower}");
+        }
     }
 }

@@ -28,7 +28,7 @@ fields! {
 struct Report;
 
 fn number(key: &str, unit: &'static str, default: f64, text: &str) -> Param {
-    let param = Param::float(key).range(0.0, f64::INFINITY).default(default).rebuilds().text(text);
+    let param = Param::float(key).range(0.0, 1e6).default(default).rebuilds().text(text);
     if unit.is_empty() { param } else { param.unit(unit) }
 }
 
@@ -44,7 +44,7 @@ impl Actuator for Propeller {
 
     fn params() -> Vec<Param> {
         vec![
-            number("max_speed", "rad/s", 838.0, "Greatest speed."),
+            number("max_speed", "rad/s", 838.0, "Greatest speed.").range(0.001, 1e5),
             number("max_thrust", "N", 7.0, "Thrust at the greatest speed; it grows with the square of the speed."),
             number("torque_per_thrust", "m", 0.016, "Drag torque about the axis, in N m per N of thrust."),
             Param::string("turns")
@@ -75,9 +75,6 @@ impl Actuator for Propeller {
             _ => Err(Fail::argument(format!("`{key}` must be finite"))),
         };
         let max_speed = finite("max_speed")?;
-        if max_speed <= 0.0 {
-            return Err(Fail::argument("`max_speed` must be greater than 0"));
-        }
         let direction = if params.string("turns")? == "clockwise" { -1.0 } else { 1.0 };
         let rotor = Rotor {
             max_speed,

@@ -8,6 +8,8 @@ type Made<T> = Result<T, String>;
 
 /// Most iterations of an eigenvalue.
 const ITERATIONS: usize = 10_000;
+/// Greatest 1-norm of a matrix whose exponential is computed.
+const GREATEST: f64 = 1000.0;
 /// Singular values below this share of the greatest count as 0.
 const TINY: f64 = 1e-12;
 
@@ -52,6 +54,11 @@ pub fn pseudo_inverse(m: &Matrix) -> Made<Matrix> {
 /// Returns the exponential.
 pub fn exponential(m: &Matrix) -> Made<Matrix> {
     square(m)?;
+    // Beyond, digits are lost by repeated squaring, and the number of squarings is not bounded.
+    let norm = m.column_iter().map(|c| c.lp_norm(1)).fold(0.0, f64::max);
+    if norm > GREATEST {
+        return Err(format!("the matrix is too large for an exponential: its norm is {norm:e}, at most {GREATEST}"));
+    }
     Ok(m.exp())
 }
 
@@ -140,6 +147,7 @@ mod tests {
         let (s, c) = 0.7_f64.sin_cos();
         let turned = exponential(&m(2, &[0.0, -0.7, 0.7, 0.0])).unwrap();
         assert!((turned - m(2, &[c, -s, s, c])).amax() < 1e-14);
+        assert!(exponential(&m(2, &[0.0, 1e20, -1e20, 0.0])).is_err());
         assert!((pseudo_inverse(&m(2, &[1.0, 1.0])).unwrap() - m(1, &[0.5, 0.5])).amax() < 1e-14);
         assert!((cholesky(&m(2, &[4.0, 2.0, 2.0, 5.0])).unwrap() - m(2, &[2.0, 0.0, 1.0, 2.0])).amax() < 1e-14);
     }

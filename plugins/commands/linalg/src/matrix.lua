@@ -89,6 +89,7 @@ function Matrix:set(i, j, x)
     if x == nil then
         if self.nrows == 1 then i, j, x = 1, i, j else j, x = 1, j end
     end
+    if type(x) ~= 'number' then error('an element of a matrix is a number, found a ' .. type(x), 2) end
     self.values[index(self, i, j)] = x
     return self
 end
@@ -118,7 +119,7 @@ function Matrix:t()
     end
     return new(self.ncols, self.nrows, data)
 end
-function Matrix:copy() return new(self.nrows, self.ncols, { table.unpack(self.values) }) end
+function Matrix:copy() return scaled(self, 1) end
 function Matrix:norm()
     local sum = 0
     for _, x in ipairs(self.values) do sum = sum + x * x end
@@ -131,8 +132,9 @@ function Matrix:dot(other)
     return sum
 end
 function Matrix:trace()
+    if self.nrows ~= self.ncols then error('the trace of a matrix that is not square', 2) end
     local sum = 0
-    for i = 1, math.min(self.nrows, self.ncols) do sum = sum + self:get(i, i) end
+    for i = 1, self.nrows do sum = sum + self:get(i, i) end
     return sum
 end
 
@@ -157,7 +159,34 @@ function Matrix:eigen()
     return values, new(self.nrows, self.ncols, vectors)
 end
 
+local MOST = 250000
+
+-- Whether these are the sizes of a matrix.
+local function check_size(rows, columns)
+    for _, n in ipairs{rows, columns} do
+        if math.type(n) ~= 'integer' or n < 1 then
+            error('the size of a matrix is two integers from 1, found ' .. tostring(rows) .. ' and ' .. tostring(columns), 3)
+        end
+    end
+    if rows > MOST or columns > MOST or rows * columns > MOST then
+        error(string.format('a matrix has at most %d numbers, found %d x %d', MOST, rows, columns), 3)
+    end
+end
+
+-- Copies numbers, which must be as many as given.
+local function numbers_of(list, count)
+    local data = {}
+    for i = 1, count do
+        if type(list[i]) ~= 'number' then
+            error(string.format('element %d of a matrix is a %s: expected a number', i, type(list[i])), 3)
+        end
+        data[i] = list[i]
+    end
+    return data
+end
+
 local function filled(rows, columns, x)
+    check_size(rows, columns)
     local data = {}
     for i = 1, rows * columns do data[i] = x end
     return new(rows, columns, data)
@@ -174,7 +203,10 @@ function module.diag(values)
     for i, x in ipairs(values) do m:set(i, i, x) end
     return m
 end
-function module.vector(values) return new(#values, 1, { table.unpack(values) }) end
+function module.vector(values)
+    check_size(#values, 1)
+    return new(#values, 1, numbers_of(values, #values))
+end
 module.is = is_matrix
 
 -- Matrix{{1, 2}, {3, 4}}, Matrix{1, 2} for a column, or Matrix(rows, columns, numbers row by row).
@@ -182,20 +214,22 @@ return setmetatable(module, {
     __call = function(_, first, columns, data)
         if type(first) == 'number' then
             data = data or filled(first, columns, 0).values
+            check_size(first, columns)
             if #data ~= first * columns then
                 local size = string.format('%d x %d', first, columns)
                 error(string.format('%d numbers for a %s matrix: expected %d', #data, size, first * columns), 2)
             end
-            return new(first, columns, { table.unpack(data) })
+            return new(first, columns, numbers_of(data, #data))
         end
         if type(first) ~= 'table' or #first == 0 then error('expected rows: {{1, 2}, {3, 4}}', 2) end
-        if type(first[1]) == 'number' then return module.vector(first) end
+        if type(first[1]) ~= 'table' then return module.vector(first) end
+        check_size(#first, #first[1])
         local numbers = {}
         for i, row in ipairs(first) do
-            if #row ~= #first[1] then
-                error(string.format('row %d has %d numbers: expected %d, as in row 1', i, #row, #first[1]), 2)
+            if type(row) ~= 'table' or #row ~= #first[1] then
+                error(string.format('row %d is not a list of %d numbers, as row 1 is', i, #first[1]), 2)
             end
-            for _, x in ipairs(row) do numbers[#numbers + 1] = x end
+            for _, x in ipairs(numbers_of(row, #row)) do numbers[#numbers + 1] = x end
         end
         return new(#first, #first[1], numbers)
     end,
