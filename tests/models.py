@@ -1,11 +1,13 @@
 #!/usr/bin/env python3
-"""Measures every model with a card, and checks its folder: models.py PROGRAM [FOLDER] [--hour]
+"""Measures every model with a card: models.py PROGRAM [--only CATEGORY | --without CATEGORY] [--hour]
 
 With --hour, each demo scene runs for an hour of simulated time instead. Prints what is wrong, and ends with 1 if anything is.
 """
 
+import argparse
 import json
 import math
+import re
 import subprocess
 import sys
 import time
@@ -13,6 +15,7 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 AT_ONCE = 2
+MODELS = Path(__file__).resolve().parent.parent / "models"
 
 
 def measured(program, folder):
@@ -39,16 +42,26 @@ def runs(program, folder):
     return [f"{path} is at {o['position']}" for path, o in objects if not all(abs(x) < 1e3 for x in o["position"])]
 
 
+def category(folder):
+    found = re.search(r'^category = "(.*)"', (folder / "model.toml").read_text(), re.MULTILINE)
+    return found.group(1) if found else ""
+
+
 def main():
-    hour = "--hour" in sys.argv
-    given = [a for a in sys.argv[1:] if a != "--hour"]
-    program = Path(given[0]).resolve()
-    models = Path(given[1]) if len(given) > 1 else Path(__file__).resolve().parent.parent / "models"
-    folders = sorted(f.parent for f in models.glob("*/model.toml"))
+    parser = argparse.ArgumentParser()
+    parser.add_argument("program", type=Path)
+    parser.add_argument("--only")
+    parser.add_argument("--without")
+    parser.add_argument("--hour", action="store_true")
+    args = parser.parse_args()
+    program = args.program.resolve()
+    folders = sorted(f.parent for f in MODELS.glob("*/model.toml"))
+    if args.only or args.without:
+        folders = [f for f in folders if (category(f) == args.only) == bool(args.only) and category(f) != args.without]
 
     def one(folder):
         begin = time.monotonic()
-        return (runs if hour else measured)(program, folder), time.monotonic() - begin
+        return (runs if args.hour else measured)(program, folder), time.monotonic() - begin
 
     failed = 0
     with ThreadPoolExecutor(AT_ONCE) as pool:
@@ -58,7 +71,7 @@ def main():
                 print(f"      {text}")
             failed += bool(wrong)
     print(f"{len(folders) - failed} of {len(folders)} models pass")
-    sys.exit(1 if failed else 0)
+    sys.exit(1 if failed or not folders else 0)
 
 
 if __name__ == "__main__":

@@ -9,9 +9,12 @@ use crate::kit::*;
 fn scenes(folder: &Path, out: &mut Vec<PathBuf>) {
     let mut entries: Vec<PathBuf> = std::fs::read_dir(folder).unwrap().map(|e| e.unwrap().path()).collect();
     entries.sort();
-    // Copies of unsaved scenes, which begin with a dot, are not published; a folder `plugin` has a plugin to be built.
+    // Copies of unsaved scenes, which begin with a dot, are not published; a folder `plugin` has a plugin to be built, and
+    // models of scenes are found from there.
     let hidden = |path: &Path| {
-        path.file_name().is_some_and(|n| n.to_string_lossy().starts_with('.')) || path.ends_with("plugin")
+        path.file_name().is_some_and(|n| n.to_string_lossy().starts_with('.'))
+            || path.ends_with("plugin")
+            || path.ends_with("models")
     };
     for path in entries.into_iter().filter(|p| !hidden(p)) {
         if path.is_dir() {

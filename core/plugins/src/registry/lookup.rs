@@ -145,13 +145,19 @@ impl Registry {
                 "build the plugins beside the program (`cargo build`), copy the program together with its libraries, or set TATU_PLUGIN_PATH to their folder",
             );
         }
-        let error = error.expected(format!("one of {}", known.join(", ")));
+        let error = match known.len() > MANY {
+            true => error.expected(format!("the id of a {what}: `tatu list {what}s` shows them")),
+            false => error.expected(format!("one of {}", known.join(", "))),
+        };
         match nearest(name, known.iter().copied()) {
             Some(near) => error.help(format!("did you mean `{near}`?")),
             None => error.help("`tatu list plugins` shows what was found and where"),
         }
     }
 }
+
+/// More names than this are not listed in an error.
+const MANY: usize = 30;
 
 /// Returns the plugin's own part of a file name: "libtatu_gripper.so" gives "gripper".
 fn stem(path: &std::path::Path) -> String {

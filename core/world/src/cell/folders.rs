@@ -5,6 +5,7 @@
 
 use std::{
     cell::{OnceCell, RefCell},
+    ffi::OsString,
     fs,
     io::{self, ErrorKind},
     path::{Path, PathBuf},
@@ -42,8 +43,9 @@ pub(crate) struct Folders {
     scene: Option<Folder>,
     /// Used in place of the working folder.
     chosen: RefCell<Option<Folder>>,
-    /// Folders of scripts that are files of the document or of a model: scripts may read the modules beside them.
-    of_scripts: RefCell<Vec<Rc<Folder>>>,
+    /// Folders of scripts that are files of the document or of a model, each with the suffix of a script: scripts may read the
+    /// modules beside them.
+    of_scripts: RefCell<Vec<(Rc<Folder>, OsString)>>,
 }
 
 /// The reason why a file is not opened.
@@ -83,15 +85,16 @@ impl Folders {
         Folders { working: Folder::new(working), scene, chosen: RefCell::default(), of_scripts }
     }
 
-    /// Lets scripts read files beside the script files that a document has read.
+    /// Lets scripts read modules beside the script files that a document has read: files with the same suffix.
     pub fn read_beside(&self, document: &Document) {
         let scripts = document.objects.iter().flat_map(|o| &o.scripts).map(|s| Path::new(&s.name));
         let mut all = self.of_scripts.borrow_mut();
         // The name of a script that is no file is free text.
-        for folder in scripts.filter(|file| document.sources.has(file)).filter_map(Path::parent) {
+        for file in scripts.filter(|file| document.sources.has(file)) {
+            let (Some(folder), Some(suffix)) = (file.parent(), file.extension()) else { continue };
             let folder = normal(&self.working.path.join(folder));
-            if all.iter().all(|f| f.path != folder) {
-                all.push(Rc::new(Folder::new(folder)));
+            if all.iter().all(|(f, s)| f.path != folder || s != suffix) {
+                all.push((Rc::new(Folder::new(folder)), suffix.to_owned()));
             }
         }
     }
@@ -136,7 +139,7 @@ impl Folders {
         let roots: Vec<&Folder> = std::iter::once(here).chain(scene).collect();
         // These are found by their whole path only: a relative name has one meaning for all scripts.
         let of_scripts = if writes { Vec::new() } else { self.of_scripts.borrow().clone() };
-        let of_scripts = || of_scripts.iter().map(Rc::as_ref);
+        let of_scripts = || of_scripts.iter().filter(|(_, s)| name.extension() == Some(s)).map(|(f, _)| f.as_ref());
         let mut refused = None;
         for root in &roots {
             // A chosen folder must contain all of its files. Without one, a path may lead from one of the two folders

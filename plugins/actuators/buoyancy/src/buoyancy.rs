@@ -1,7 +1,7 @@
 //! The actuator kind "buoyancy".
 
 use tatu_plugin_api::{
-    abi::TATU_KIND_SHAPE,
+    abi::{TATU_KIND_SHAPE, TATU_LOG_WARNING},
     fields,
     safe::{Actuator, Drive, Fail, Field, Instance, Output, Param, Params, Result, SharedWorld},
 };
@@ -148,7 +148,11 @@ fn inertia(world: &SharedWorld<'_>, instance: Instance) -> Result<[f64; 6]> {
     loop {
         mount = match world.get(mount, parent)?.as_object() {
             Some(above) if above != 0 => above,
-            _ => return Err(Fail::argument("it floats nothing: expected a parent that is a shape")),
+            _ => {
+                world
+                    .log(TATU_LOG_WARNING, b"water without a shape above it carries nothing: make it the child of one");
+                return Ok([f64::INFINITY; 6]);
+            }
         };
         if world.look(mount)?.kind == TATU_KIND_SHAPE {
             break;
