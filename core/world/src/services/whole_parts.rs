@@ -118,7 +118,7 @@ pub(super) fn plant(world: &WorldCell, read: &Document, parent: u32) -> Result<V
         scene.make_unique(&slots);
         slots
     };
-    world.run.folders.read_beside(&read);
+    world.run.folders.read_beside(read);
     for (spec, slot) in read.objects.iter().zip(&slots) {
         if let Some(device) = &spec.device {
             make_device(world, *slot, device, None).map_err(|e| refuse(world, e))?;

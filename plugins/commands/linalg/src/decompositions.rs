@@ -144,7 +144,8 @@ mod tests {
 
     #[test]
     fn exponentials_are_steps_of_linear_systems() {
-        let (s, c) = 0.7_f64.sin_cos();
+        // Sine and cosine of 0.7.
+        let (s, c) = (0.644217687237691, 0.764842187284489);
         let turned = exponential(&m(2, &[0.0, -0.7, 0.7, 0.0])).unwrap();
         assert!((turned - m(2, &[c, -s, s, c])).amax() < 1e-14);
         assert!(exponential(&m(2, &[0.0, 1e20, -1e20, 0.0])).is_err());

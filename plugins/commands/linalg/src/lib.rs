@@ -62,11 +62,11 @@ fn products(offer: &mut Offer<Linalg>) {
     );
 }
 
-/// What a function makes of one matrix.
-type Made = std::result::Result<decompositions::Matrix, String>;
+/// A function of one matrix.
+type Function = fn(&decompositions::Matrix) -> std::result::Result<decompositions::Matrix, String>;
 
 fn of_one(offer: &mut Offer<Linalg>) {
-    let all: [(&str, fn(&decompositions::Matrix) -> Made, &str, &str); 4] = [
+    let all: [(&str, Function, &str, &str); 4] = [
         ("inverse", decompositions::inverse, "Returns the inverse of a square matrix.", "m = linalg.inverse({4}, 1)"),
         (
             "exponential",
