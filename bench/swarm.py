@@ -7,6 +7,7 @@ Each has the same share of the floor. Prints a table in Markdown.
 
 import json
 import math
+import os
 import resource
 import subprocess
 import sys
@@ -41,7 +42,8 @@ def main():
             file = Path(folder) / "scene.toml"
             file.write_text(scene(n))
             command = [program, "run", file, "--steps", str(steps), "--threads", threads, "--json"]
-            ran = subprocess.run(command, capture_output=True, check=True)
+            models = dict(os.environ, TATU_MODEL_PATH=str(SHOWCASE / "models"))
+            ran = subprocess.run(command, capture_output=True, check=True, env=models)
         told = json.loads(ran.stdout)
         rate = steps / told["wall_s"]
         memory = resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss / 1024
