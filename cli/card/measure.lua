@@ -41,6 +41,18 @@ function measure.angle(object)
     return now
 end
 
+-- The way that an object goes, and the angle by which it turns, in some steps.
+function measure.motion(object, steps)
+    local way, from, at = 0, measure.angle(object), sim.getObjectPosition(object)
+    for _ = 1, steps do
+        sim.step()
+        local now = sim.getObjectPosition(object)
+        way, at = way + measure.distance(at, now), now
+        measure.angle(object)
+    end
+    return way, measure.angle(object) - from
+end
+
 function measure.speed(object)
     local v = sim.getObjectVelocity(object)
     return math.sqrt(v[1] ^ 2 + v[2] ^ 2 + v[3] ^ 2)

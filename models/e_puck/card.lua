@@ -72,15 +72,8 @@ end
 function arc_radius()
     motors(2, 4)
     sim.wait(1)
-    local robot = measure.model()
-    local way, angle, last = 0, measure.angle(robot), sim.getObjectPosition(robot)
-    for _ = 1, 100 do
-        sim.step()
-        local now = sim.getObjectPosition(robot)
-        way, last = way + measure.distance(last, now), now
-        measure.angle(robot)
-    end
-    return way / (measure.angle(robot) - angle)
+    local way, angle = measure.motion(measure.model(), 100)
+    return way / angle
 end
 
 function encoder_steps()

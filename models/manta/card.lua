@@ -20,18 +20,11 @@ end
 
 -- Slowly in a circle: the speed of the rear axle's middle over the turning rate.
 function least_radius()
-    local car = measure.model()
     sim.setJointTargetPosition(sim.getObject('/steer_joint'), math.rad(30))
     sim.setJointTargetVelocity(sim.getObject('/motor_joint'), 3)
     sim.wait(4)
-    local turned, way, at = measure.angle(car), 0, sim.getObjectPosition(car)
-    for _ = 1, 200 do
-        sim.step()
-        local now = sim.getObjectPosition(car)
-        way, at = way + measure.distance(at, now), now
-        measure.angle(car)
-    end
-    return way / (measure.angle(car) - turned)
+    local way, angle = measure.motion(measure.model(), 200)
+    return way / angle
 end
 
 function steering_rate()

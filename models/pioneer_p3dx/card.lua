@@ -41,15 +41,10 @@ function sideways()
 end
 
 function turning_rate()
-    local robot = measure.model()
     wheels(-2, 2)
     sim.wait(2)
-    local from, at = measure.angle(robot), sim.getSimulationTime()
-    for _ = 1, 100 do
-        sim.step()
-        measure.angle(robot)
-    end
-    return (measure.angle(robot) - from) / (sim.getSimulationTime() - at)
+    local _, angle = measure.motion(measure.model(), 100)
+    return angle / (100 * sim.getSimulationTimeStep())
 end
 
 -- A wall comes nearer by 1 mm a step, until sonar 5 sees it.

@@ -59,27 +59,15 @@ end
 function turning_rate()
     motors(-9.53, 9.53)
     sim.wait(1)
-    local robot = measure.model()
-    local from = measure.angle(robot)
-    for _ = 1, 100 do
-        sim.step()
-        measure.angle(robot)
-    end
-    return (measure.angle(robot) - from) / (100 * sim.getSimulationTimeStep())
+    local _, angle = measure.motion(measure.model(), 100)
+    return angle / (100 * sim.getSimulationTimeStep())
 end
 
 function arc_radius()
     motors(3, 6)
     sim.wait(1)
-    local robot = measure.model()
-    local way, angle, last = 0, measure.angle(robot), sim.getObjectPosition(robot)
-    for _ = 1, 100 do
-        sim.step()
-        local now = sim.getObjectPosition(robot)
-        way, last = way + measure.distance(last, now), now
-        measure.angle(robot)
-    end
-    return way / (measure.angle(robot) - angle)
+    local way, angle = measure.motion(measure.model(), 100)
+    return way / angle
 end
 
 function ground_white()
