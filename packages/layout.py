@@ -1,0 +1,145 @@
+"""The files of a package: where each lies below the folder into which it is unpacked, and what it is made of."""
+
+import gzip
+import io
+import os
+import subprocess
+from pathlib import Path
+
+import elf_versions
+import third_party
+
+# Folders of the repository that the program reads at run time, by their place in the package.
+DATA = {"models": "share/tatu/models", "scenes": "share/tatu/scenes", "addons": "share/tatu/addons"}
+HEADERS = "plugin-api/include"
+DOCS = ["README.md", "CHANGELOG.md", "LICENSE-APACHE", "LICENSE-MIT"]
+# What `tatu generate NAME` prints, by its place.
+GENERATED = {
+    "man": "share/man/man1/tatu.1.gz",
+    "bash": "share/bash-completion/completions/tatu",
+    "zsh": "share/zsh/site-functions/_tatu",
+    "fish": "share/fish/vendor_completions.d/tatu.fish",
+}
+# In the library of the page if its libraries are embedded.
+WHOLE_PAGE = b"/lib/three/build/three.module.min.js"
+PAGE = "libtatu_views_web.so"
+HOST = "libtatuhost.so"
+
+
+class Entry:
+    """One file: its bytes, and whether it is a program."""
+
+    def __init__(self, data, executable=False):
+        self.data = data
+        self.mode = 0o755 if executable else 0o644
+
+
+def zipped(data):
+    """Returns bytes compressed by gzip, without a name and a time."""
+    out = io.BytesIO()
+    with gzip.GzipFile(filename="", mode="wb", compresslevel=9, fileobj=out, mtime=0) as file:
+        file.write(data)
+    return out.getvalue()
+
+
+def plugins(metadata):
+    """Returns the file names of the program's own plugins, as the root manifest lists them."""
+    packages = {p["id"]: p for p in metadata["packages"]}
+    root = packages[metadata["resolve"]["root"]]
+    folder = Path(root["manifest_path"]).parent / "plugins"
+    places = [Path(d["path"]) for d in root["dependencies"] if d.get("path") and d["kind"] is None]
+    own = {place for place in places if folder in place.parents}
+    names = []
+    for package in packages.values():
+        if Path(package["manifest_path"]).parent in own:
+            names += [f"lib{t['name'].replace('-', '_')}.so" for t in package["targets"] if "cdylib" in t["kind"]]
+    if len(names) != len(own):
+        raise SystemExit(f"Cargo.toml lists {len(own)} plugins, of which {len(names)} are libraries")
+    return sorted(names)
+
+
+def built_file(built, name):
+    """Returns a library that cargo has built, in its folder `deps` or beside the program."""
+    places = [built / "deps" / name, built / name]
+    found = next((p for p in places if p.is_file()), None)
+    if found is None:
+        raise SystemExit(f"{built}: there is no {name}, neither here nor in deps\n  expected: the folder of a finished "
+                         "`cargo build --release`, such as target/release")
+    return found.read_bytes()
+
+
+def tracked(root, folder):
+    """Returns the files of a folder that belong to the repository, as pairs of path and whether each is a program."""
+    command = ["git", "-C", str(root), "ls-files", "-s", "-z", "--", folder]
+    try:
+        told = subprocess.run(command, check=True, capture_output=True).stdout.decode("utf-8")
+    except (OSError, subprocess.CalledProcessError) as error:
+        raise SystemExit(f"{root}: git does not tell which files belong to the repository: {error}\n  expected: a "
+                         "checkout; what runs and builds have left there must not come into packages") from None
+    files = []
+    for line in filter(None, told.split("\0")):
+        mode, path = line.split(" ", 1)[0], line.split("\t", 1)[1]
+        if mode in ("100644", "100755") and os.path.basename(path) != ".gitignore":
+            files.append((path, mode == "100755"))
+    if not files:
+        raise SystemExit(f"{root / folder}: no file of it belongs to the repository")
+    return sorted(files)
+
+
+def check_version(program, version):
+    """Ends unless the program is of the version of the sources."""
+    try:
+        said = subprocess.run([str(program), "--version"], capture_output=True, text=True, check=True).stdout.strip()
+    except (OSError, subprocess.CalledProcessError) as error:
+        raise SystemExit(f"{program}: `--version` has failed: {error}") from None
+    if said != f"tatu {version}":
+        raise SystemExit(f"{program} is `{said}`, the sources are of version {version}\n  help: build it again")
+
+
+def generated(program, entries):
+    """Adds what the program writes about itself; a program that cannot is told about, and does without."""
+    for name, place in GENERATED.items():
+        ran = subprocess.run([str(program), "generate", name], capture_output=True, check=False)
+        if ran.returncode != 0 or not ran.stdout:
+            print(f"note: there is no {place}: the program has no `tatu generate {name}`")
+            continue
+        entries[place] = Entry(zipped(ran.stdout) if place.endswith(".gz") else ran.stdout)
+
+
+def collect(root, built, metadata, version):
+    """Returns all files of a package by their place, sorted."""
+    program = built / "tatu"
+    if not program.is_file():
+        raise SystemExit(f"{built}: there is no program `tatu`\n  expected: the folder of a finished `cargo build "
+                         "--release`, such as target/release")
+    check_version(program, version)
+    entries = {"bin/tatu": Entry(program.read_bytes(), True)}
+    for name in plugins(metadata):
+        entries[f"lib/tatu/plugins/{name}"] = Entry(built_file(built, name))
+    entries[f"lib/tatu/{HOST}"] = Entry(built_file(built, HOST))
+    if WHOLE_PAGE not in entries[f"lib/tatu/plugins/{PAGE}"].data:
+        raise SystemExit(f"{PAGE} is built without the libraries of the page\n  help: install npm, and build again")
+    for folder, place in DATA.items():
+        for path, executable in tracked(root, folder):
+            entries[place + path[len(folder):]] = Entry((root / path).read_bytes(), executable)
+    for path, _ in tracked(root, HEADERS):
+        entries["include" + path[len(HEADERS):]] = Entry((root / path).read_bytes())
+    for name in DOCS:
+        entries[f"share/doc/tatu/{name}"] = Entry((root / name).read_bytes())
+    terms = third_party.write(metadata, root, built)
+    entries["share/doc/tatu/THIRD-PARTY.txt"] = Entry(terms.encode("utf-8"))
+    generated(program, entries)
+    return dict(sorted(entries.items()))
+
+
+def elf_files(entries):
+    """Returns the programs and libraries of a package, read, by their place."""
+    return {p: elf_versions.Elf(e.data) for p, e in entries.items() if e.data[:4] == elf_versions.MAGIC}
+
+
+def folders(places):
+    """Returns all folders that contain files at these places, sorted."""
+    found = set()
+    for place in places:
+        found |= {p.as_posix() for p in Path(place).parents if p.as_posix() != "."}
+    return sorted(found)
