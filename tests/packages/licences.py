@@ -1,0 +1,148 @@
+#!/usr/bin/env python3
+"""Tests that the terms of all packages can be met with allowed licences: licences.py [--metadata FILE] [--lock FILE]
+
+The packages are those of `cargo metadata`, or of a file with its output, and those of the page's package-lock.json.
+Needs no build. The list is packages/licences.toml; it must be that of deny.toml.
+"""
+
+import argparse
+import contextlib
+import io
+import json
+import re
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[2]
+sys.path.insert(0, str(ROOT / "packages"))
+import spdx  # noqa: E402
+
+LOCK = ROOT / "plugins/views/web/page/package-lock.json"
+DENY = ROOT / "deny.toml"
+TARGET = "x86_64-unknown-linux-gnu"
+
+
+def told_by_cargo():
+    command = ["cargo", "metadata", "--locked", "--format-version", "1", "--filter-platform", TARGET]
+    ran = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
+    if ran.returncode != 0:
+        raise SystemExit(f"`{' '.join(command)}` has failed:\n{ran.stderr}")
+    return json.loads(ran.stdout)
+
+
+def refusal(expression, allowed):
+    """Returns why an expression is refused, or None."""
+    try:
+        tree = spdx.parse(expression)
+    except spdx.NotAnExpression as error:
+        return str(error)
+    if spdx.is_satisfied(tree, allowed):
+        return None
+    missing = [one for one in spdx.licences(tree) if not spdx.is_satisfied(("id", one), allowed)]
+    return f"`{expression}`: not allowed: {', '.join(missing)}"
+
+
+def refused(metadata, lock, lists):
+    """Returns lines about packages whose terms cannot be met, and the number of packages."""
+    wrong, count = [], 0
+    for crate in metadata["packages"]:
+        count += 1
+        why = refusal(crate["license"], lists["allow"])
+        if why:
+            wrong.append(f"crate {crate['name']} {crate['version']}: {why}")
+    for place, package in lock["packages"].items():
+        if not place:
+            continue
+        count += 1
+        allowed = {**lists["allow"], **(lists.get("tools", {}) if package.get("dev") else {})}
+        why = refusal(package.get("license"), allowed)
+        if why:
+            name = place.rpartition("node_modules/")[2]
+            wrong.append(f"npm package {name} {package.get('version')}: {why}")
+    return sorted(wrong), count
+
+
+def differences(lists):
+    """Returns lines about licences that only one of the two lists has."""
+    match = re.search(r"^allow = \[(.*?)^\]", DENY.read_text(encoding="utf-8"), re.DOTALL | re.MULTILINE)
+    if not match:
+        return [f"{DENY.name}: expected a list `allow = [`"]
+    lines = [line.split("#")[0] for line in match.group(1).splitlines()]
+    other = set(re.findall(r'"([^"]+)"', "\n".join(lines)))
+    own = set(lists["allow"])
+    return [f"`{one}` is in {DENY.name} only" for one in sorted(other - own)] + \
+           [f"`{one}` is in packages/{spdx.LIST.name} only" for one in sorted(own - other)]
+
+
+def run(arguments):
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--metadata", type=Path, help="a file with the output of `cargo metadata`")
+    parser.add_argument("--lock", type=Path, default=LOCK, help="a package-lock.json")
+    args = parser.parse_args(arguments)
+    metadata = json.loads(args.metadata.read_text(encoding="utf-8")) if args.metadata else told_by_cargo()
+    lists = spdx.read_list()
+    wrong, count = refused(metadata, json.loads(args.lock.read_text(encoding="utf-8")), lists)
+    wrong += differences(lists)
+    for line in wrong:
+        print(f"FAIL  {line}")
+    if wrong:
+        print("help: use another package, or add the licence to packages/licences.toml and deny.toml, with its reason")
+    else:
+        print(f"the terms of {count} packages can be met")
+    return 1 if wrong else 0
+
+
+def test_expressions():
+    allowed = ["MIT", "Apache-2.0 WITH LLVM-exception", "Zlib"]
+    for expression, is_allowed in [
+        ("MIT", True),
+        ("mit", True),
+        ("MIT+", True),
+        ("GPL-3.0 OR MIT", True),
+        ("GPL-3.0/MIT", True),
+        ("GPL-3.0 / MIT", True),
+        ("GPL-3.0 AND MIT", False),
+        ("GPL-3.0 OR MIT AND Zlib", True),
+        ("(GPL-3.0 OR MIT) AND Zlib", True),
+        ("(GPL-3.0 OR MIT) AND GPL-2.0", False),
+        ("((MIT))", True),
+        ("Apache-2.0 WITH LLVM-exception OR GPL-3.0", True),
+        ("Apache-2.0 WITH Classpath-exception-2.0", False),
+        ("Apache-2.0", False),
+        ("MITX", False),
+    ]:
+        assert (refusal(expression, allowed) is None) == is_allowed, expression
+    for text in ["", None, "MIT OR", "OR MIT", "(MIT", "MIT)", "MIT MIT", "MIT WITH", "SEE LICENSE IN terms", "MIT,"]:
+        assert refusal(text, allowed), f"{text!r} must be refused"
+
+
+def test_refusals():
+    """A package with other terms, in made-up files, ends this program with 1 and is named."""
+    crate = {"name": "good", "version": "1.0.0", "license": "MIT OR GPL-3.0"}
+    good = {"name": "", "packages": {"": {}, "node_modules/a": {"version": "1.0.0", "license": "MIT"}}}
+    cases = [
+        ({"packages": [crate]}, good, 0, ""),
+        ({"packages": [crate, {**crate, "name": "bad", "license": "GPL-3.0-only"}]}, good, 1, "crate bad 1.0.0"),
+        ({"packages": [{**crate, "license": None}]}, good, 1, "there is no licence expression"),
+        ({"packages": [crate]}, {"packages": {"node_modules/@b/c": {"version": "2.0.0", "license": "AGPL-3.0"}}}, 1,
+         "npm package @b/c 2.0.0"),
+        ({"packages": [crate]}, {"packages": {"node_modules/d": {"version": "2.0.0", "license": "BSD-3-Clause"}}}, 1,
+         "npm package d 2.0.0"),
+    ]
+    with tempfile.TemporaryDirectory() as folder:
+        metadata, lock = Path(folder) / "metadata.json", Path(folder) / "package-lock.json"
+        for crates, packages, code, said in cases:
+            metadata.write_text(json.dumps(crates), encoding="utf-8")
+            lock.write_text(json.dumps(packages), encoding="utf-8")
+            out = io.StringIO()
+            with contextlib.redirect_stdout(out):
+                got = run(["--metadata", str(metadata), "--lock", str(lock)])
+            assert got == code and said in out.getvalue(), out.getvalue()
+
+
+if __name__ == "__main__":
+    test_expressions()
+    test_refusals()
+    sys.exit(run(sys.argv[1:]))
