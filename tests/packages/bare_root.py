@@ -1,0 +1,56 @@
+"""A root file system with glibc and libgcc alone: no shell, no compiler, no package manager.
+
+Made of files of this machine's Debian packages, so that it needs no network.
+"""
+
+import os
+import shutil
+import subprocess
+from pathlib import Path
+
+PACKAGES = ["libc6", "libgcc-s1"]
+# Folders on which tmpfs or proc is mounted, and devices that programs may expect.
+MOUNTS = ["dev", "opt", "proc", "tmp"]
+DEVICES = ["null", "zero", "random", "urandom"]
+# None of these may be in a root file system in which a package is tried.
+TOOLS = ["cc", "gcc", "c++", "clang", "rustc", "cargo", "node", "npm", "python3"]
+
+
+def make(root):
+    """Makes the root file system in an empty folder."""
+    for folder in ["usr/bin", "usr/lib", "usr/lib64", "etc", *MOUNTS]:
+        (root / folder).mkdir(parents=True)
+    for folder in ["bin", "lib", "lib64"]:
+        (root / folder).symlink_to(f"usr/{folder}")
+    try:
+        told = subprocess.run(["dpkg", "-L", *PACKAGES], capture_output=True, text=True, check=True).stdout
+    except (OSError, subprocess.CalledProcessError) as error:
+        raise SystemExit(f"`dpkg -L {' '.join(PACKAGES)}` has failed: {error}\n  help: on a system without dpkg, name "
+                         "the folder of a root file system by --root") from None
+    for line in sorted(set(told.split("\n"))):
+        source = Path(line)
+        # Without the tables of conversions between encodings, which only iconv reads.
+        if ".so" in source.name and "gconv" not in line and source.is_file():
+            place = root / line.lstrip("/")
+            place.parent.mkdir(parents=True, exist_ok=True)
+            if not place.exists():
+                shutil.copy2(source, place)
+
+
+def mount(root):
+    """Mounts what programs need to run in a root file system; the namespace of this process takes it away again."""
+    for folder in MOUNTS:
+        if not (root / folder).is_dir():
+            raise SystemExit(f"{root}: expected a root file system with the folder {folder}")
+        kind = "proc" if folder == "proc" else "tmpfs"
+        subprocess.run(["mount", "-t", kind, kind, str(root / folder)], check=True)
+    for device in DEVICES:
+        (root / "dev" / device).touch()
+        subprocess.run(["mount", "--bind", f"/dev/{device}", str(root / "dev" / device)], check=True)
+    os.chmod(root / "tmp", 0o1777)
+
+
+def tools_in(root):
+    """Returns which of the tools are there that a package may not need."""
+    folders = ["bin", "usr/bin", "usr/local/bin"]
+    return [t for t in TOOLS if any(os.path.lexists(root / folder / t) for folder in folders)]

@@ -1,0 +1,231 @@
+#!/usr/bin/env python3
+"""Tries a tarball of the program where nothing else is: tarball.py TARBALL [--root DIR] [--hash HASH]
+
+It is unpacked into a root file system with glibc alone, or into that in DIR, below a folder that cannot be written,
+with no network but this machine's own. What is tried is printed; ends with 1 if anything fails. Needs Linux, and
+`unshare` as root or with user namespaces.
+"""
+
+import argparse
+import json
+import os
+import re
+import select
+import subprocess
+import sys
+import tarfile
+import tempfile
+import time
+from pathlib import Path
+
+import bare_root
+import page_check
+
+SCENE = "first/pioneer_avoids_walls.toml"
+STEPS = "200"
+# Plugins, models, scenes and headers together with the program come to no fewer.
+FEWEST_FILES = 500
+
+
+class Failed(Exception):
+    """What is wrong."""
+
+
+def expect(holds, text):
+    if not holds:
+        raise Failed(text)
+
+
+class Trial:
+    """A tarball, unpacked in a root file system."""
+
+    def __init__(self, archive, root):
+        self.root = root
+        with tarfile.open(archive) as tar:
+            self.members = tar.getmembers()
+            self.names = [m.name for m in self.members]
+            self.top = self.names[0].split("/")[0]
+            safe = all(m.name.split("/")[0] == self.top and ".." not in m.name.split("/") for m in self.members)
+            if not safe or not all(m.isfile() or m.isdir() for m in self.members):
+                raise SystemExit(f"{archive}: expected files and folders below one folder only")
+            tar.extractall(root / "opt")
+        subprocess.run(["mount", "-o", "remount,bind,ro", str(root / "opt")], check=True)
+        self.home = f"/opt/{self.top}"
+
+    def inside(self):
+        os.chroot(self.root)
+        os.chdir("/tmp")
+
+    def start(self, *args):
+        command = [f"{self.home}/bin/tatu", *args]
+        environment = {"PATH": "/usr/bin:/bin", "HOME": "/tmp"}
+        return subprocess.Popen(command, preexec_fn=self.inside, env=environment, stdin=subprocess.DEVNULL,
+                                stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+
+    def tatu(self, *args):
+        """Runs the program and returns its output; whatever it warns of is a failure."""
+        process = self.start(*args)
+        out, err = process.communicate(timeout=300)
+        expect(process.returncode == 0, f"`tatu {' '.join(args)}` ended with {process.returncode}: {err.strip()}")
+        expect("warning" not in err and "error" not in err, f"`tatu {' '.join(args)}` warned: {err.strip()}")
+        return out
+
+    def files(self, folder, suffix):
+        start = f"{self.top}/{folder}/"
+        return [n[len(start):] for n in self.names if n.startswith(start) and n.endswith(suffix)]
+
+
+def archive_is_neutral(trial, _):
+    """names are sorted, owners are 0, there is one time, and everyone may read"""
+    files = [m.name for m in trial.members if m.isfile()]
+    expect(files == sorted(files), "the names are not sorted")
+    expect({(m.uid, m.gid) for m in trial.members} == {(0, 0)}, "a file belongs to another user than 0")
+    expect(len({m.mtime for m in trial.members}) == 1, "the files have several times")
+    odd = [m.name for m in trial.members if m.mode not in ((0o755,) if m.isdir() else (0o644, 0o755))]
+    expect(not odd, f"not everyone may read {odd[:3]}")
+    expect(len(files) >= FEWEST_FILES, f"only {len(files)} files")
+    return f"{len(files)} files"
+
+
+def version(trial, _):
+    """`tatu --version` is that of the tarball's name"""
+    said = trial.tatu("--version").strip()
+    expect(said == "tatu " + trial.top.split("-")[1], f"said `{said}`")
+    return said
+
+
+def plugins(trial, _):
+    """`tatu list plugins` has all libraries"""
+    listed = json.loads(trial.tatu("list", "plugins", "--json"))
+    files = trial.files("lib/tatu/plugins", ".so")
+    own = {os.path.basename(p["path"]) for p in listed if p["path"].startswith(trial.home)}
+    expect(own == set(files) and files, f"not loaded: {sorted(set(files) - own)}")
+    odd = [f for f in files if re.search("test|template|knock|tally|misbehaves|libtatu_compass", f)]
+    expect(not odd, f"plugins of tests are included: {odd}")
+    return f"{len(files)} plugins"
+
+
+def models(trial, _):
+    """`tatu list models` has all folders"""
+    listed = trial.tatu("list", "models")
+    names = [m.split("/")[0] for m in trial.files("share/tatu/models", "/model.toml") if m.count("/") == 1]
+    missing = [n for n in names if not re.search(rf"^{n}\s", listed, re.MULTILINE)]
+    expect(names and not missing, f"not listed: {missing}")
+    return f"{len(names)} models"
+
+
+def addons(trial, _):
+    """`tatu list addons` has all scripts"""
+    listed = trial.tatu("list", "addons")
+    names = [a[:-len(".lua")] for a in trial.files("share/tatu/addons", ".lua") if "/" not in a]
+    missing = [n for n in names if not re.search(rf"^{n}\s", listed, re.MULTILINE)]
+    expect(names and not missing, f"not listed: {', '.join(missing)}")
+    return f"{len(names)} add-ons"
+
+
+def run(trial, scene, *args):
+    return json.loads(trial.tatu("run", scene, "--steps", STEPS, "--json", *args))["hash"]
+
+
+def scene(trial, args):
+    """`tatu run FILE` has the same hash with one thread and with two"""
+    path = f"{trial.home}/share/tatu/scenes/{SCENE}"
+    first, second = run(trial, path), run(trial, path, "--threads", "2")
+    expect(first == second, f"the hashes are {first} and {second}")
+    expect(args.hash in (None, first), f"the hash is {first}, expected {args.hash}")
+    return first
+
+
+def name(trial, _):
+    """`tatu run NAME` finds a scene of the program from any folder"""
+    by_name, path = os.path.basename(SCENE)[:-len(".toml")], f"{trial.home}/share/tatu/scenes/{SCENE}"
+    got, wanted = run(trial, by_name), run(trial, path)
+    expect(got == wanted, f"the hash is {got}, that of the file {wanted}")
+    return by_name
+
+
+def picture(trial, _):
+    """`tatu look` writes a picture"""
+    trial.tatu("look", f"{trial.home}/share/tatu/scenes/{SCENE}", "--size", "160x120", "-o", "/tmp/scene.png")
+    data = (trial.root / "tmp/scene.png").read_bytes()
+    expect(data.startswith(b"\x89PNG"), "it is no PNG")
+    return f"{len(data)} bytes"
+
+
+def page(trial, _):
+    """`tatu open --no-browser` serves the page with its libraries, and names no other server"""
+    process = trial.start("open", "--no-browser", f"{trial.home}/share/tatu/scenes/{SCENE}")
+    try:
+        ready, _, _ = select.select([process.stdout], [], [], 60)
+        address = process.stdout.readline().strip() if ready else ""
+        if not address.startswith("http://127.0.0.1:"):
+            process.kill()
+            raise Failed(f"expected an address, found `{address}`: {process.communicate()[1].strip()}")
+        wrong, count, size = page_check.check(address)
+        expect(not wrong, "; ".join(wrong[:5]))
+    finally:
+        process.terminate()
+        try:
+            process.communicate(timeout=20)
+        except subprocess.TimeoutExpired:
+            process.kill()
+    return f"{count} files, {size / 1e6:.1f} MB"
+
+
+CHECKS = [archive_is_neutral, version, plugins, models, addons, scene, name, picture, page]
+
+
+def try_all(args):
+    """Runs in namespaces of its own, with which all mounts and processes end."""
+    root, wrong = args.inside, 0
+    if args.root:
+        subprocess.run(["mount", "--bind", str(args.root), str(root)], check=True)
+    else:
+        subprocess.run(["mount", "-t", "tmpfs", "tmpfs", str(root)], check=True)
+        bare_root.make(root)
+    bare_root.mount(root)
+    subprocess.run(["ip", "link", "set", "lo", "up"], check=True)
+    trial = Trial(args.tarball, root)
+    found = bare_root.tools_in(root)
+    print(f"{args.root or 'glibc alone'}: " + (f"FAIL: has {', '.join(found)}" if found else "no compiler, no Node"))
+    wrong += bool(found)
+    for check in CHECKS:
+        name, what = check.__name__, check.__doc__
+        if name in args.without:
+            print(f"skip  {name}: {what}")
+            continue
+        began = time.monotonic()
+        try:
+            outcome, text = "pass", check(trial, args)
+        except (Failed, OSError, ValueError, KeyError, subprocess.TimeoutExpired) as error:
+            outcome, text, wrong = "FAIL", error, wrong + 1
+        print(f"{outcome}  {name}: {what}: {text} ({time.monotonic() - began:.1f} s)", flush=True)
+    return 1 if wrong else 0
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("tarball", type=Path)
+    parser.add_argument("--root", type=Path, help="a root file system without compiler, such as one of debootstrap")
+    parser.add_argument("--hash", help=f"the hash that {SCENE} must have after {STEPS} steps")
+    parser.add_argument("--without", action="append", default=[], choices=[c.__name__ for c in CHECKS])
+    parser.add_argument("--inside", type=Path, help=argparse.SUPPRESS)
+    args = parser.parse_args()
+    if args.inside:
+        sys.exit(try_all(args))
+    command = ["unshare", "--net", "--mount", "--pid", "--fork", "--mount-proc"]
+    if os.geteuid() != 0:
+        command.append("--map-root-user")
+    folder = tempfile.mkdtemp(prefix="tatu-root-")
+    try:
+        ran = subprocess.run([*command, sys.executable, __file__, "--inside", folder, *sys.argv[1:]], check=False)
+    except OSError as error:
+        raise SystemExit(f"unshare: {error}\n  expected: Linux with util-linux") from None
+    finally:
+        # What was mounted there is gone; were it not, this would fail and delete nothing.
+        os.rmdir(folder)
+    sys.exit(ran.returncode)
+
+
+if __name__ == "__main__":
+    main()
