@@ -1,9 +1,11 @@
 #!/usr/bin/env python3
-"""Makes packages of the program: make.py [--target DIR | --built DIR] [--out DIR] [tarball|deb|docker|all]
+"""Makes packages of the program: make.py [--target DIR | --built DIR] [--out DIR] [tarball|deb|docker|all|notices]
 
     tarball    tatu-VERSION-linux-x86_64.tar.gz, which runs wherever it is unpacked (the default)
     deb        tatu_VERSION_amd64.deb, the same files below /usr
     docker     an image `tatu:VERSION`, made of the tarball by packages/Dockerfile
+    all        these three
+    notices    THIRD-PARTY.txt alone, for packages that are made otherwise: no build is needed
 
 The program is built first, by `cargo build --release`, unless `--built` names the folder of one. The same files give
 the same bytes in every run; their time is SOURCE_DATE_EPOCH or that of the last commit.
@@ -24,6 +26,7 @@ from pathlib import Path
 import debian
 import elf_versions
 import layout
+import third_party
 
 HERE = Path(__file__).resolve().parent
 ROOT = HERE.parent
@@ -102,17 +105,25 @@ def docker(command, archive, version):
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("what", nargs="?", default="tarball", choices=["tarball", "deb", "docker", "all"])
+    parser.add_argument("what", nargs="?", default="tarball", choices=["tarball", "deb", "docker", "all", "notices"])
     parser.add_argument("--target", type=Path, help="cargo's target folder; default: CARGO_TARGET_DIR, or target")
     parser.add_argument("--built", type=Path, help="a folder with the program and its plugins, here or in deps")
     parser.add_argument("--out", type=Path, default=ROOT / "target" / "packages", help="default: target/packages")
     parser.add_argument("--docker", default="docker", help="the command that builds images; default: docker")
     parser.add_argument("--maintainer", default=MAINTAINER, help="who maintains the Debian package: NAME <ADDRESS>")
+    parser.add_argument("--also", action="append", default=[], metavar="PACKAGE",
+                        help="for notices: a package of the workspace that is shipped, too; may be given several times")
     args = parser.parse_args()
     target = args.target or Path(os.environ.get("CARGO_TARGET_DIR") or ROOT / "target")
     metadata = read_metadata()
     root = next(p for p in metadata["packages"] if p["id"] == metadata["resolve"]["root"])
     version = root["version"]
+    if args.what == "notices":
+        text = third_party.write(metadata, ROOT, args.built or target / "release", args.also)
+        args.out.mkdir(parents=True, exist_ok=True)
+        (args.out / "THIRD-PARTY.txt").write_text(text, encoding="utf-8")
+        print(args.out / "THIRD-PARTY.txt")
+        return
     built = args.built.resolve() if args.built else build(target.resolve())
     when = time_of_files()
     entries = layout.collect(ROOT, built, metadata, version)

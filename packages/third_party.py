@@ -61,11 +61,19 @@ def is_macro(package):
     return any("proc-macro" in target["kind"] for target in package["targets"])
 
 
-def linked(metadata):
-    """Returns the packages of others that are linked: normal dependencies, without macros, which the compiler runs."""
+def linked(metadata, names):
+    """Returns the packages of others that are linked into the root package and those named: normal dependencies.
+
+    Macros are not among them: only the compiler runs them.
+    """
     packages = {p["id"]: p for p in metadata["packages"]}
     nodes = {n["id"]: n for n in metadata["resolve"]["nodes"]}
     seen, left = set(), [metadata["resolve"]["root"]]
+    for name in names:
+        found = [p["id"] for p in metadata["packages"] if p["name"] == name and not p["source"]]
+        if not found:
+            raise SystemExit(f"there is no package `{name}` in this repository")
+        left += found
     while left:
         one = left.pop()
         if one in seen:
@@ -77,9 +85,9 @@ def linked(metadata):
     return [packages[one] for one in seen if packages[one]["source"]]
 
 
-def crates(metadata):
+def crates(metadata, names):
     result = []
-    for crate in linked(metadata):
+    for crate in linked(metadata, names):
         name, version = crate["name"], crate["version"]
         folder = Path(crate["manifest_path"]).parent
         texts = texts_in(folder, MORE_TERMS.get(name, ()), NO_OWN_TERMS.get(name))
@@ -218,10 +226,10 @@ def standard_text(package, root, packages):
     raise SystemExit(f"{package.title()} has no file with its terms, and no text of `{package.licence}` is known")
 
 
-def write(metadata, root, built):
-    """Returns the text of THIRD-PARTY.txt."""
+def write(metadata, root, built, names=()):
+    """Returns the text of THIRD-PARTY.txt for the program, its plugins, and further packages of this repository."""
     groups = [
-        ("Crates, Rust's standard library, and Lua", [*crates(metadata), standard_library(root), lua(metadata)]),
+        ("Crates, Rust's standard library, and Lua", [*crates(metadata, names), standard_library(root), lua(metadata)]),
         ("Libraries of the page", libraries(root, built)),
     ]
     everything = sorted((p for _, group in groups for p in group), key=lambda p: (p.name.lower(), p.version))
