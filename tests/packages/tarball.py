@@ -148,7 +148,7 @@ def scene(trial, args):
 
 def name(trial, _):
     """`tatu run NAME` finds a scene of the program from any folder"""
-    by_name, path = os.path.basename(SCENE)[:-len(".toml")], f"{trial.home}/share/tatu/scenes/{SCENE}"
+    by_name, path = os.path.basename(SCENE), f"{trial.home}/share/tatu/scenes/{SCENE}"
     got, wanted = run(trial, by_name), run(trial, path)
     expect(got == wanted, f"the hash is {got}, that of the file {wanted}")
     return by_name
