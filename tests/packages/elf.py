@@ -94,7 +94,10 @@ def made_up(version, order="<"):
     """Returns a library with one imported symbol `f` of a version of libc.so.6, as small as can be."""
     strings = b"\0libc.so.6\0f\0" + version.encode() + b"\0"
     libc, symbol, name = 1, 11, 13
-    pack = lambda form, *values: struct.pack(order + form, *values)
+
+    def pack(form, *values):
+        return struct.pack(order + form, *values)
+
     headers = 64 + 2 * 56
     parts, at = {}, headers
     for key, data in [

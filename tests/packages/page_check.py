@@ -2,9 +2,11 @@
 
 import html.parser
 import http.client
+import http.server
 import json
 import posixpath
 import re
+import threading
 import urllib.parse
 
 IMPORT = re.compile(r"""(?:\bfrom|\bimport)\s*\(?\s*["']((?:\.\.?/|https?:|//)[^"']*)["']""")
@@ -84,3 +86,54 @@ def check(address):
             # The comments of libraries name pages; our own modules name none.
             wrong += [f"{target} names {url}" for url in URL.findall(text) if not url.startswith(NAMES)]
     return wrong, len(seen) + 1, total
+
+
+def test():
+    """A made-up page is refused for each thing that a whole one has not."""
+    policy = "default-src 'none'; script-src 'self'"
+    imports = {name: f"/lib/{i}.js" for i, name in enumerate(LIBRARIES)}
+
+    def tried(head="", main="import { a } from './b.js';", policy=policy, imports=imports, gone=None):
+        """Returns what is said about a page with some of its parts replaced."""
+        files = {place: "export const a = 1;" for place in imports.values()}
+        files["/page/main.js"], files["/page/b.js"] = main, "// http://www.w3.org/2000/svg"
+        map_text = json.dumps({"imports": imports})
+        files["/"] = f'<script type="importmap">{map_text}</script><script src="/page/main.js"></script>{head}'
+        files.pop(gone, None)
+
+        class Handler(http.server.BaseHTTPRequestHandler):
+            def do_GET(self):
+                data = files.get(self.path.split("?")[0])
+                self.send_response(404 if data is None else 200)
+                self.send_header("Content-Security-Policy", policy)
+                self.end_headers()
+                self.wfile.write((data or "").encode("utf-8"))
+
+            def log_message(self, *_):
+                pass
+
+        with http.server.ThreadingHTTPServer(("127.0.0.1", 0), Handler) as server:
+            threading.Thread(target=server.serve_forever, daemon=True).start()
+            wrong, count, _ = check(f"http://127.0.0.1:{server.server_address[1]}/?token=x")
+            server.shutdown()
+        return wrong if wrong else count
+
+    assert tried() == len(LIBRARIES) + 3, tried()
+    for said, parts in [
+        ("loads https://example.org/x.js", {"head": '<script src="https://example.org/x.js"></script>'}),
+        ("loads //example.org/x.css", {"head": '<link rel="stylesheet" href="//example.org/x.css">'}),
+        ("loads https://example.org/y.js", {"main": 'import"https://example.org/y.js"'}),
+        ("names https://example.org/z", {"main": "fetch('https://example.org/z')"}),
+        ("lacks its library three", {"imports": {k: v for k, v in imports.items() if k != "three"}}),
+        ("/page/b.js: status 404", {"gone": "/page/b.js"}),
+        ("/lib/0.js: status 404", {"gone": "/lib/0.js"}),
+        ("policy allows other servers", {"policy": "default-src 'none'; script-src https://example.org"}),
+        ("policy allows other servers", {"policy": ""}),
+        ("status 404", {"gone": "/"}),
+    ]:
+        wrong = tried(**parts)
+        assert isinstance(wrong, list) and any(said in line for line in wrong), (said, wrong)
+
+
+if __name__ == "__main__":
+    test()

@@ -223,6 +223,7 @@ def main():
     args = parser.parse_args()
     if args.inside:
         sys.exit(try_all(args))
+    page_check.test()
     command = ["unshare", "--net", "--mount", "--pid", "--fork", "--mount-proc"]
     if os.geteuid() != 0:
         command.append("--map-root-user")
