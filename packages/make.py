@@ -76,7 +76,9 @@ def tarball(entries, version, when, out):
         info.uname = info.gname = "root"
         return info
 
-    with open(result, "wb") as file, gzip.GzipFile(filename="", mode="wb", fileobj=file, mtime=when) as packed:
+    # Level 6: 9 takes three times as long, for one percent.
+    options = {"filename": "", "mode": "wb", "compresslevel": 6, "mtime": when}
+    with open(result, "wb") as file, gzip.GzipFile(fileobj=file, **options) as packed:
         with tarfile.open(fileobj=packed, mode="w", format=tarfile.GNU_FORMAT) as tar:
             for folder in ["", *layout.folders(entries)]:
                 tar.addfile(about(folder, 0o755, tarfile.DIRTYPE))

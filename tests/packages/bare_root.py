@@ -3,8 +3,11 @@
 Made of files of this machine's Debian packages, so that it needs no network.
 """
 
+import fcntl
 import os
 import shutil
+import socket
+import struct
 import subprocess
 from pathlib import Path
 
@@ -12,6 +15,8 @@ PACKAGES = ["libc6", "libgcc-s1"]
 # Folders on which tmpfs or proc is mounted, and devices that programs may expect.
 MOUNTS = ["dev", "opt", "proc", "tmp"]
 DEVICES = ["null", "zero", "random", "urandom"]
+# Of Linux: what sets the flags of a network interface, and the flag that switches it on.
+SIOCSIFFLAGS, IFF_UP = 0x8914, 1
 # None of these may be in a root file system in which a package is tried.
 TOOLS = ["cc", "gcc", "c++", "clang", "rustc", "cargo", "node", "npm", "python3"]
 
@@ -48,6 +53,12 @@ def mount(root):
         (root / "dev" / device).touch()
         subprocess.run(["mount", "--bind", f"/dev/{device}", str(root / "dev" / device)], check=True)
     os.chmod(root / "tmp", 0o1777)
+
+
+def switch_loopback_on():
+    """In a new network namespace, not even this machine answers to itself."""
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as any_socket:
+        fcntl.ioctl(any_socket, SIOCSIFFLAGS, struct.pack("16sh22x", b"lo", IFF_UP))
 
 
 def tools_in(root):

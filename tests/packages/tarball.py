@@ -194,7 +194,7 @@ def try_all(args):
         subprocess.run(["mount", "-t", "tmpfs", "tmpfs", str(root)], check=True)
         bare_root.make(root)
     bare_root.mount(root)
-    subprocess.run(["ip", "link", "set", "lo", "up"], check=True)
+    bare_root.switch_loopback_on()
     trial = Trial(args.tarball, root)
     found = bare_root.tools_in(root)
     print(f"{args.root or 'glibc alone'}: " + (f"FAIL: has {', '.join(found)}" if found else "no compiler, no Node"))
