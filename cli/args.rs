@@ -8,10 +8,11 @@ use tatu_core::{
     errors::Error,
 };
 
+use tatu_embed::search;
+
 use crate::{
     plugin::PluginCommand,
-    search,
-    values::{Point, angle, permission, point, seconds, size, speed},
+    values::{Point, angle, permission, point, scene, seconds, shard, size, speed},
 };
 
 /// Tatu, a robot simulator made of a small core and plugins.
@@ -48,11 +49,16 @@ pub enum Command {
     Diff(Diff),
     /// Create a folder to start with: a plugin, an add-on, a scene or a robot.
     New(crate::new::New),
+    /// Run a scene many times, with seeds and parameters from a file, and write a row for each run.
+    Sweep(Sweep),
     /// Record which plugins and models are loaded for a scene, with versions and hashes, or compare them.
     Lock(Lock),
     /// Build, run, test, check and install plugins.
     #[command(subcommand)]
     Plugin(PluginCommand),
+    /// Print the manual page, completions for a shell, or declarations of commands for Python.
+    #[command(hide = true)]
+    Generate(Generate),
 }
 
 /// Changes to a scene.
@@ -76,7 +82,8 @@ pub struct Changes {
 
 #[derive(clap::Args)]
 pub struct Run {
-    /// The scene file.
+    /// The scene file, or the name of a scene that comes with the program.
+    #[arg(value_parser = scene())]
     pub scene: Option<PathBuf>,
     #[command(flatten)]
     pub changes: Changes,
@@ -165,6 +172,7 @@ pub struct Run {
 #[derive(Clone, clap::Args)]
 pub struct Serve {
     /// The scene file, or a file that an importer reads; without one, clients open a scene.
+    #[arg(value_parser = scene())]
     pub scene: Option<PathBuf>,
     #[command(flatten)]
     pub changes: Changes,
@@ -205,6 +213,7 @@ pub struct Open {
 #[derive(clap::Args)]
 pub struct Convert {
     /// The scene file, or a file that an importer reads.
+    #[arg(value_parser = scene())]
     pub scene: PathBuf,
     /// The scene file to write; its name must end with `.toml`.
     pub output: PathBuf,
@@ -216,8 +225,40 @@ pub struct Convert {
 }
 
 #[derive(clap::Args)]
+pub struct Sweep {
+    /// The sweep file: scene, seconds, seeds, a grid of parameters, and metrics.
+    pub file: PathBuf,
+    /// Run only every N-th job, beginning with the I-th, counted from 0: for N machines or tasks.
+    #[arg(long, value_name = "I/N", default_value = "0/1", value_parser = shard)]
+    pub shard: (usize, usize),
+    /// The file of rows, JSON lines; jobs whose rows it has are not run again [default: standard output].
+    #[arg(long, short, value_name = "FILE")]
+    pub output: Option<PathBuf>,
+    /// Number of jobs that are run at the same time [default: as many as there are cores].
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    pub threads: Option<u16>,
+}
+
+#[derive(clap::Args)]
+pub struct Generate {
+    pub what: Generated,
+}
+
+/// What packages of the program contain besides it.
+#[derive(Clone, Copy, ValueEnum)]
+pub enum Generated {
+    Man,
+    Bash,
+    Zsh,
+    Fish,
+    /// Declarations of all commands for Python's type checkers.
+    Python,
+}
+
+#[derive(clap::Args)]
 pub struct Lock {
     /// The scene file; the record is the file of this name that ends with `.lock`.
+    #[arg(value_parser = scene())]
     pub scene: PathBuf,
     /// Compare with the record instead of writing it; exit code 1 if anything differs.
     #[arg(long)]
@@ -232,6 +273,7 @@ pub struct Lock {
 #[derive(clap::Args)]
 pub struct Check {
     /// The scene file.
+    #[arg(value_parser = scene())]
     pub scene: PathBuf,
     /// Print in JSON what the file contains, as far as its importer can describe it, and all reports about it.
     #[arg(long)]
@@ -247,6 +289,7 @@ pub struct Check {
 #[command(after_help = LOOK_EXAMPLES)]
 pub struct Look {
     /// The scene file.
+    #[arg(value_parser = scene())]
     pub scene: PathBuf,
     /// Position of the camera: X,Y,Z in the world frame, m [default: that of the scene's first camera, or one that
     /// shows everything].

@@ -1,5 +1,14 @@
 //! Values of the command line: text that people write, checked.
 
+use std::path::PathBuf;
+
+use clap::builder::{OsStringValueParser, TypedValueParser};
+
+/// A scene: a file, or the name of one that comes with the program.
+pub fn scene() -> impl TypedValueParser<Value = PathBuf> {
+    OsStringValueParser::new().map(|given| tatu_embed::search::scene_file(&PathBuf::from(given)))
+}
+
 /// A point X, Y, Z, m.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Point(pub [f64; 3]);
@@ -43,4 +52,10 @@ pub fn permission(text: &str) -> Result<String, String> {
         _ if net => Ok(text.to_owned()),
         _ => Err("expected `exec`, `native`, `plugins` or `net=HOST:PORT`, for instance `net=127.0.0.1:*`".into()),
     }
+}
+
+/// A shard: its number from 0, and how many there are.
+pub fn shard(text: &str) -> Result<(usize, usize), String> {
+    let both = text.split_once('/').and_then(|(i, n)| Some((i.parse().ok()?, n.parse().ok()?)));
+    both.filter(|(i, n): &(usize, usize)| i < n).ok_or_else(|| "expected I/N, I from 0 to N - 1: 0/4, 1/4, 2/4, 3/4".into())
 }

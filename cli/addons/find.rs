@@ -12,6 +12,7 @@ use tatu_core::{
     errors::{Error, Result},
     plugins::Registry,
 };
+use tatu_plugin_api::safe::program_file;
 use toml_edit::DocumentMut;
 
 use super::{AddOn, Start, Style, about, name};
@@ -19,13 +20,15 @@ use super::{AddOn, Start, Style, about, name};
 /// Keys of `addon.toml`.
 const KEYS: [&str; 4] = ["name", "text", "dialect", "auto_start"];
 
-/// Returns the folders that are searched, in order: `addons` in the working folder, next to the program and above it,
-/// then those of `TATU_ADDON_PATH`. If a name occurs several times, the first one is used.
+/// Returns the folders that are searched, in order: `addons` in the working folder, next to the program, in
+/// `../share/tatu` and above the program, then those of `TATU_ADDON_PATH`. If a name occurs several times, the first one is used.
 pub fn folders(exe: Option<&Path>, environment: Option<&OsStr>) -> Vec<PathBuf> {
     let beside = exe.and_then(Path::parent);
     let mut all = vec![PathBuf::from("addons")];
     all.extend(beside.map(|d| d.join("addons")));
-    all.extend(beside.and_then(Path::parent).map(|d| d.join("addons")));
+    if let Some(above) = beside.and_then(Path::parent) {
+        all.extend([above.join("share/tatu/addons"), above.join("addons")]);
+    }
     let path = environment.map(|p| std::env::split_paths(p).collect::<Vec<_>>()).unwrap_or_default();
     all.extend(path.into_iter().filter(|p| !p.as_os_str().is_empty()));
     // The same folder may be reachable by several paths.
@@ -37,7 +40,7 @@ pub fn folders(exe: Option<&Path>, environment: Option<&OsStr>) -> Vec<PathBuf> 
 /// Finds all add-ons, in the order of folders, then of file names; also returns errors about invalid ones. Files are
 /// read through `sources`.
 pub fn find(registry: &Registry, sources: &Sources) -> (Vec<AddOn>, Vec<Error>) {
-    let exe = std::env::current_exe().ok();
+    let exe = program_file();
     let path = std::env::var_os("TATU_ADDON_PATH");
     in_folders(&folders(exe.as_deref(), path.as_deref()), registry, sources)
 }

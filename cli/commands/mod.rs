@@ -4,12 +4,14 @@ pub mod check;
 pub mod convert;
 pub mod describe;
 pub mod diff;
+pub mod generate;
 pub mod list;
 pub mod lock;
 pub mod look;
 pub mod measure;
 pub mod run;
 pub mod serve;
+pub mod sweep;
 
 use std::{path::Path, sync::Arc};
 
@@ -18,11 +20,11 @@ use tatu_core::{
     errors::Error,
     plugins::{Copies, Registry},
 };
+use tatu_embed::search::{Searched, built, searched};
 use tatu_plugin_api::abi::TATU_REPORT_WARNING;
 
 use crate::{
     report,
-    search::{Searched, built, searched},
     watchdog::Watchdog,
 };
 

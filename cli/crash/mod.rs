@@ -91,6 +91,15 @@ static NOTED: AtomicBool = AtomicBool::new(false);
 /// The crashed instruction and its callers.
 static CALLERS: [AtomicUsize; FRAMES] = [const { AtomicUsize::new(0) }; FRAMES];
 
+/// Returns the number of the calling thread. `gettid` is a function of glibc only since 2.30.
+///
+/// # Safety
+/// None: a system call without preconditions, and async-signal-safe.
+unsafe fn thread_id() -> c_int {
+    // SAFETY: see above; thread numbers are as large as `c_int`.
+    unsafe { libc::syscall(libc::SYS_gettid) as c_int }
+}
+
 /// Installs the handlers. If that fails, crashes are only not reported.
 pub fn listen() {
     let mut ends = [0; 2];
@@ -193,7 +202,7 @@ unsafe fn note(signal: c_int, info: &libc::siginfo_t, context: *mut c_void) {
     // SAFETY: `gettid` has no preconditions; the fields of `info` are read only for the signals and codes that define
     // them; `context` is a `ucontext_t` of this architecture, as SA_SIGINFO guarantees.
     unsafe {
-        THREAD.store(libc::gettid(), Relaxed);
+        THREAD.store(thread_id(), Relaxed);
         if info.si_code <= 0 {
             // Sent by another process, whose id may not be visible here (`si_pid` is 0 then); `raise` and timers belong
             // to this process.
@@ -369,7 +378,7 @@ pub fn end(code: ExitCode) -> ExitCode {
 /// Called at the end of the process, on the thread that ends it: within a plugin's call it is the plugin's fault.
 extern "C" fn exited() {
     // SAFETY: both functions have no preconditions.
-    let (process, thread) = unsafe { (libc::getpid(), libc::gettid()) };
+    let (process, thread) = unsafe { (libc::getpid(), thread_id()) };
     if process != PROCESS.load(Relaxed) {
         return;
     }

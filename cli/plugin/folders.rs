@@ -10,7 +10,7 @@ use serde_json::{Value, json};
 use tatu_core::plugins::Source;
 
 use super::names;
-use crate::search::Searched;
+use tatu_embed::search::Searched;
 
 /// The state of a folder.
 #[derive(Debug, Clone, PartialEq, Eq)]

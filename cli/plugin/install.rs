@@ -12,6 +12,7 @@ use tatu_core::{
     errors::{Error, Result},
     plugins::assets_folder,
 };
+use tatu_embed::search::{searched, user_folder};
 use tempfile::{TempDir, TempPath};
 
 use super::{
@@ -26,7 +27,6 @@ use super::{
 };
 use crate::{
     report,
-    search::{searched, user_folder},
 };
 
 #[derive(clap::Args)]

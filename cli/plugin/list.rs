@@ -15,7 +15,9 @@ use super::{
     folders::{self, Folder, State, same_file},
     names, probe,
 };
-use crate::{report, search::searched, table::table};
+use tatu_embed::search::searched;
+
+use crate::{report, table::table};
 
 #[derive(clap::Args)]
 pub struct List {

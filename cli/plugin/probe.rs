@@ -5,7 +5,7 @@ use std::{
     fs::File,
     io::{Read, Seek, SeekFrom},
     path::Path,
-    process::{Child, Command, ExitCode, ExitStatus, Stdio},
+    process::{Child, ExitCode, ExitStatus, Stdio},
     time::{Duration, Instant},
 };
 
@@ -15,9 +15,10 @@ use tatu_core::{
     errors::Error,
     plugins::{Plugin, Registry},
 };
+use tatu_embed::{again, search::searched};
 
 use super::reason::Reason;
-use crate::{report, search::searched, watchdog::Watchdog};
+use crate::{report, watchdog::Watchdog};
 
 /// Maximum number of bytes read from the output of a plugin.
 const MOST_BYTES: u64 = 1 << 20;
@@ -120,21 +121,21 @@ pub fn probe(file: &Path, limit: f64) -> Result<Report, Reason> {
     };
     // The loader would search a name without a folder in the system's folders.
     let file = std::path::absolute(file).map_err(|e| untried("the working folder no longer exists", e))?;
-    let exe = std::env::current_exe().map_err(|e| untried("this program does not know its own file", e))?;
+    let mut command = again().map_err(|e| untried("this program does not know its own file", e))?;
     // Temporary files instead of pipes: a process that the plugin starts may keep a pipe open after the plugin's end.
     let open = || tempfile::tempfile().map_err(|e| untried("no temporary file can be made", e));
     let (mut out, mut err) = (open()?, open()?);
     let duplicate = |f: &File| f.try_clone().map(Stdio::from).map_err(|e| untried("no temporary file can be made", e));
     let mut option = OsString::from("--probe=");
     option.push(&file);
-    let mut child = Command::new(&exe)
+    let mut child = command
         .args(["plugin", "why", "--watchdog", &limit.to_string()])
         .arg(option)
         .stdin(Stdio::null())
         .stdout(duplicate(&out)?)
         .stderr(duplicate(&err)?)
         .spawn()
-        .map_err(|e| untried(&format!("{} cannot be started", exe.display()), e))?;
+        .map_err(|e| untried("this program cannot be started again", e))?;
     let ended = wait(&mut child, limit).map_err(|e| untried("its process is lost", e))?;
     let (out, err) = (text(&mut out), text(&mut err));
     let said = out.lines().rev().find_map(|l| serde_json::from_str::<Report>(l).ok());

@@ -3,10 +3,11 @@
 use std::{
     ffi::OsString,
     path::PathBuf,
-    process::{Command, ExitCode},
+    process::{ExitCode},
 };
 
 use tatu_core::errors::{Error, Result};
+use tatu_embed::again;
 
 use super::{build, project::Project};
 
@@ -27,7 +28,7 @@ pub fn run(args: &Run) -> Result<ExitCode> {
         return Ok(ExitCode::FAILURE);
     }
     let failed = |e: std::io::Error| Error::new("E612", format!("cannot start the run: {e}"));
-    let status = Command::new(std::env::current_exe().map_err(failed)?)
+    let status = again().map_err(failed)?
         .arg("run")
         .arg(project.folder.join("scene.toml"))
         .args(&args.options)

@@ -4,12 +4,13 @@ use std::{
     collections::BTreeMap,
     ffi::OsString,
     path::{Path, PathBuf},
-    process::{Child, Command, ExitCode},
+    process::{Child, ExitCode},
     thread,
     time::{Duration, Instant, SystemTime},
 };
 
 use tatu_core::errors::{Error, Result};
+use tatu_embed::again;
 
 use super::{build, project::Project, run};
 use crate::report;
@@ -86,7 +87,7 @@ impl Drop for Running {
 /// Starts the scene in a process of its own, which reloads the library when it changes.
 fn start(project: &Project, options: &[OsString]) -> Result<Child> {
     let failed = |e: std::io::Error| Error::new("E612", format!("cannot start the run: {e}"));
-    let mut command = Command::new(std::env::current_exe().map_err(failed)?);
+    let mut command = again().map_err(failed)?;
     command.arg("run").arg(project.folder.join("scene.toml")).arg("--reload");
     match options.is_empty() {
         // As long as anybody wants to watch.

@@ -5,7 +5,9 @@ use std::{path::PathBuf, process::ExitCode};
 use tatu_core::document::Sources;
 
 use super::{answer, examine::Examiner, folders, probe, show};
-use crate::{report, search::searched};
+use tatu_embed::search::searched;
+
+use crate::report;
 
 #[derive(clap::Args)]
 #[command(after_help = EXAMPLES)]

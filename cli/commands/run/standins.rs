@@ -19,13 +19,11 @@ use tatu_core::{
     plugins::Registry,
     scene::rows::KINDS,
 };
+use tatu_embed::search;
 use tatu_plugin_api::safe::{MOST_BYTES, read_plain};
 
 use super::keys::Keys;
-use crate::{
-    args::{Run, ScriptKind},
-    search,
-};
+use crate::args::{Run, ScriptKind};
 
 /// Most trials.
 const ROUNDS: usize = 10;

@@ -4,12 +4,13 @@ use std::{
     collections::VecDeque,
     io::{BufRead, BufReader, Read},
     path::{Path, PathBuf},
-    process::{Child, Command, ExitCode, ExitStatus, Stdio},
+    process::{Child, ExitCode, ExitStatus, Stdio},
     sync::mpsc,
     time::{Duration, Instant},
 };
 
 use tatu_core::errors::Error;
+use tatu_embed::again;
 
 use super::{
     finding::{self, Finding, Level, Line, PREFIX},
@@ -106,9 +107,8 @@ impl Ran {
     /// `one_run`: the child runs once and sends its transcript, for a comparison.
     pub fn of(test: &str, library: &Path, timeout: Duration, one_run: bool) -> Result<Self, String> {
         let folder = tempfile::tempdir().map_err(|e| format!("cannot create a folder for the test: {e}"))?;
-        let program = std::env::current_exe().map_err(|e| format!("cannot find this program: {e}"))?;
+        let mut command = again().map_err(|e| format!("cannot find this program: {e}"))?;
         let library = library.canonicalize().map_err(|e| format!("cannot read {}: {e}", library.display()))?;
-        let mut command = Command::new(program);
         match one_run {
             true => command.env(ONE_RUN, "1"),
             false => command.env_remove(ONE_RUN),

@@ -15,8 +15,11 @@ use tatu_core::{
     plugins::{Copies, Registry, Search},
 };
 
+use tatu_embed::search::built;
+use tatu_plugin_api::safe::program_file;
+
 use super::{finding, inspector::Spy};
-use crate::{search::built, watchdog::Watchdog};
+use crate::watchdog::Watchdog;
 
 /// Name of the copy that is loaded.
 const COPY: &str = "tatu_checked";
@@ -51,7 +54,7 @@ impl Subject {
         let copy = folder.path().join(name);
         std::fs::copy(file, &copy).map_err(cannot)?;
         finding::at("", finding::LOADING);
-        let exe = std::env::current_exe().ok();
+        let exe = program_file();
         let mut search = Search::standard(exe.as_deref(), Some(folder.path().as_os_str()), &built());
         // So that it can be loaded again.
         search.copies = Some(Arc::new(Copies::new()?));

@@ -3,12 +3,12 @@
 use std::{
     fs,
     path::{Path, PathBuf},
-    process::Command,
     time::Duration,
 };
 
 use serde_json::Value;
 use tatu_core::errors::{Error, Result};
+use tatu_embed::again;
 
 use super::{
     outcome::{Failure, Outcomes},
@@ -69,9 +69,8 @@ impl Library<'_> {
     fn start(&self, name: Option<&str>) -> Result<(Ended, Vec<Value>)> {
         // What is left of an earlier test is none of this one's; where there is nothing, there is nothing to remove.
         let _ = fs::remove_file(&self.report);
-        let program = std::env::current_exe();
-        let program = program.map_err(|e| Error::new("E621", format!("where this program lies is unknown: {e}")))?;
-        let mut command = Command::new(program);
+        let command = again();
+        let mut command = command.map_err(|e| Error::new("E621", format!("where this program lies is unknown: {e}")))?;
         command.args(["plugin", "run-test"]).arg(&self.library).arg("--report").arg(&self.report);
         command.arg("--files").arg(self.folder.join("tests"));
         if let Some(name) = name {

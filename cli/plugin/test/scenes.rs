@@ -3,11 +3,11 @@
 use std::{
     fs,
     path::{Path, PathBuf},
-    process::Command,
     time::Duration,
 };
 
 use tatu_core::errors::{Error, Result};
+use tatu_embed::again;
 
 use super::{
     outcome::{Failure, Outcomes},
@@ -19,8 +19,6 @@ const STEPS: u64 = 40;
 
 /// Runs all scenes of the folder.
 pub fn run(folder: &Path, plugins: &[PathBuf], limit: Duration, out: &mut Outcomes) -> Result {
-    let program = std::env::current_exe();
-    let program = program.map_err(|e| Error::new("E621", format!("where this program lies is unknown: {e}")))?;
     let others = std::env::var_os("TATU_PLUGIN_PATH").unwrap_or_default();
     let others = std::env::split_paths(&others).filter(|p| !p.as_os_str().is_empty());
     let path = std::env::join_paths(plugins.iter().cloned().chain(others))
@@ -31,7 +29,8 @@ pub fn run(folder: &Path, plugins: &[PathBuf], limit: Duration, out: &mut Outcom
             continue;
         }
         let text = fs::read_to_string(&scene).unwrap_or_default();
-        let mut command = Command::new(&program);
+        let command = again();
+        let mut command = command.map_err(|e| Error::new("E621", format!("where this program lies is unknown: {e}")))?;
         command.arg("run").arg(&scene).arg("--strict").arg("--steps").arg(steps(&text).to_string());
         let ended = process::run(command.current_dir(folder).env("TATU_PLUGIN_PATH", &path), limit)?;
         let why = process::bad_end(&ended, limit).or_else(|| match ended.status.and_then(|s| s.code()) {

@@ -7,6 +7,7 @@ use std::{
 };
 
 use tatu_core::errors::{Error, Result};
+use tatu_plugin_api::safe::program_file;
 
 /// A call of the compiler for a source that makes a library of it.
 pub fn compiler(folder: &Path, source: &Path) -> Result<Command> {
@@ -42,7 +43,7 @@ fn headers(folder: &Path) -> Result<PathBuf> {
 
 /// The folder of this program.
 pub fn home() -> Option<PathBuf> {
-    std::env::current_exe().ok()?.parent().map(Path::to_owned)
+    program_file()?.parent().map(Path::to_owned)
 }
 
 /// Cargo, as what called us names it.

@@ -3,7 +3,7 @@
 use ::tatu_beams::bounds;
 use nalgebra::{Point3, Vector3};
 use tatu_core::World;
-use tatu_scene::{Data, visible_parts};
+use tatu_scene::{Data, Scene, visible_parts};
 
 use super::Camera;
 
@@ -22,20 +22,26 @@ const NOTHING: f64 = 1.0;
 /// Returns the first camera of the scene and its path. `fov`, in radians, overrides its own angle.
 pub fn scene_camera(world: &World, fov: Option<f64>, [columns, rows]: [u32; 2]) -> Option<(Camera, String)> {
     world.look_at(|scene, _| {
-        let (slot, camera) = scene.slots().find_map(|(slot, o)| match &o.data {
-            Data::Camera(camera) => Some((slot, camera)),
-            _ => None,
-        })?;
-        let pose = scene.world(slot);
-        let from = Point3::from(pose.translation.vector);
-        // The angle of a camera is that of the longer side.
-        let own = match rows > columns {
-            false => camera.angle,
-            true => 2.0 * libm::atan(libm::tan(camera.angle / 2.0) * f64::from(columns) / f64::from(rows)),
-        };
-        let camera = Camera { from, to: from + pose.rotation * Vector3::z(), fov: fov.unwrap_or(own), columns, rows };
-        Some((camera, scene.path(slot)))
+        let slot = scene.slots().find_map(|(slot, o)| matches!(o.data, Data::Camera(_)).then_some(slot))?;
+        Some((seen_by(scene, slot, fov, [columns, rows])?, scene.path(slot)))
     })
+}
+
+/// Returns a camera of the scene, given by path or unique name. `fov`, in radians, overrides its own angle.
+pub fn camera_at(world: &World, path: &str, fov: Option<f64>, size: [u32; 2]) -> Option<Camera> {
+    world.look_at(|scene, _| seen_by(scene, scene.find(0, path)?, fov, size))
+}
+
+fn seen_by(scene: &Scene, slot: u32, fov: Option<f64>, [columns, rows]: [u32; 2]) -> Option<Camera> {
+    let Data::Camera(camera) = &scene.get(slot)?.data else { return None };
+    let pose = scene.world(slot);
+    let from = Point3::from(pose.translation.vector);
+    // The angle of a camera is that of the longer side.
+    let own = match rows > columns {
+        false => camera.angle,
+        true => 2.0 * libm::atan(libm::tan(camera.angle / 2.0) * f64::from(columns) / f64::from(rows)),
+    };
+    Some(Camera { from, to: from + pose.rotation * Vector3::z(), fov: fov.unwrap_or(own), columns, rows })
 }
 
 /// Returns a camera that shows all visible shapes except planes.

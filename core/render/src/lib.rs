@@ -19,7 +19,7 @@ mod render;
 mod stage;
 
 pub use camera::Camera;
-pub use framing::{framing, model_framing, scene_camera};
+pub use framing::{camera_at, framing, model_framing, scene_camera};
 pub use light::TO_LAMP;
 pub use marks::Line;
 pub use render::Picture;

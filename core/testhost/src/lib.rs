@@ -4,11 +4,10 @@
 //! `plugin-api/include/tatu/test.h` describes. The program itself uses the same table for `tatu plugin test`.
 //!
 //! - `table`: the functions, and the one that is exported; `answer`: errors, and the guard around each function;
-//! - `worlds`: the worlds that are open; `open`: how one is made; `home`: where the program is;
+//! - `worlds`: the worlds that are open; `open`: how one is made;
 //! - `told`: readings, faults and lines as tests get them.
 
 mod answer;
-mod home;
 mod open;
 mod table;
 mod told;

@@ -12,7 +12,10 @@ use tatu_core::{
     plugins::{Registry, Search, Source, watchdog::Watches},
 };
 
-use crate::{answer::Wrong, home};
+use tatu_embed::search::built;
+use tatu_plugin_api::safe::program_file;
+
+use crate::answer::Wrong;
 
 /// What a world is made of.
 pub struct Setup<'a> {
@@ -42,7 +45,7 @@ pub fn note_calls_in(watches: Watches) {
 /// Makes a world and starts it. The registry is to outlive it.
 pub fn open(setup: &Setup<'_>) -> Result<(World, Arc<Registry>), Wrong> {
     let environment = std::env::var_os("TATU_PLUGIN_PATH");
-    let mut search = Search::standard(home::program().as_deref(), environment.as_deref(), &home::built());
+    let mut search = Search::standard(program_file().as_deref(), environment.as_deref(), &built());
     for path in setup.plugins.iter().rev() {
         match path {
             p if p.is_dir() => search.folders.insert(0, (p.clone(), Source::Environment)),

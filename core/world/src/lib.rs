@@ -36,7 +36,7 @@ mod step;
 
 pub use cell::{Lines, LogLine, NextScene, Phase, ScriptSummary, StandIn, Wish, breach};
 pub use run::{Field, Observed, Reading, Session, World, replay_to};
-pub use services::host_tables;
+pub use services::{Channel, host_tables};
 pub use tatu_beams as beams;
 pub use tatu_devices::{figures, figures::Figures, sense::Edge};
 pub use tatu_errors as errors;

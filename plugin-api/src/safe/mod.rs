@@ -29,7 +29,7 @@ pub use declare::plugin::{Call, Change, Command, Instance, Offer, Outcome, PerWo
 pub use declare::sensor::{Beams, Form, Preset, Sensor};
 pub use declare::service::{Answer, Service, Session, Turn};
 pub use entry::guard::{guarded, quiet as guarded_quietly};
-pub use value::beside::folders_beside;
+pub use value::beside::{folders_beside, program_file};
 pub use value::fail::{Fail, Result};
 pub use value::field::{Element, Field, TypedField};
 pub use value::owned::{MAX_DEPTH, Owned, Room, Value};

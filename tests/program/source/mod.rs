@@ -3,5 +3,4 @@
 mod imports;
 mod layers;
 #[cfg(target_os = "linux")]
-mod licences;
 mod tree;

@@ -193,6 +193,9 @@ pub struct Document {
     pub reports: Vec<Report>,
     /// Permissions that the scene requests, in the form of `--allow`; only the user who runs it can grant them.
     pub asks: Vec<String>,
+    /// The table `[env]` of the scene file, as TOML: what a program that learns observes and does. The core keeps it
+    /// unread.
+    pub env: Option<String>,
     /// An importer's description of its file, a map, if requested by [`Options::describe`].
     pub description: Option<Value>,
     /// Initial custom data of the world, by tag.

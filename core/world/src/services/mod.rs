@@ -24,6 +24,8 @@ mod solids;
 mod stand_ins;
 mod whole_parts;
 
+pub use by_path::Channel;
+
 use std::ffi::{CStr, c_void};
 
 use tatu_plugin_api::abi::*;

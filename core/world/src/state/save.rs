@@ -19,6 +19,7 @@ pub(crate) fn document_of(cell: &WorldCell, base: u32) -> Document {
     let mut document = Document::of_scene(&cell.state.scene.borrow(), base, settings, &beside);
     if base == 0 {
         document.services.clone_from(&cell.model.document.services);
+        document.env.clone_from(&cell.model.document.env);
     }
     document
 }

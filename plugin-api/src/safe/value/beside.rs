@@ -16,6 +16,74 @@ pub fn folders_beside(program: &Path, name: &str) -> Vec<PathBuf> {
     folders
 }
 
+/// Returns the file whose neighbours come with the simulator: the program, or, in another program that has opened the
+/// simulator or a plugin as a library, the place where the program would be. `None`: the system does not tell.
+///
+/// The file need not exist; see [`folders_beside`].
+pub fn program_file() -> Option<PathBuf> {
+    own_library().map_or_else(|| std::env::current_exe().ok(), |library| Some(program_of(library)))
+}
+
+/// Returns where the program is to which a library belongs.
+fn program_of(library: PathBuf) -> PathBuf {
+    const PROGRAM: &str = "tatu";
+    let named = |folder: Option<&Path>, name: &str| folder.and_then(Path::file_name).is_some_and(|n| n == name);
+    let folder = library.parent();
+    let above = folder.and_then(Path::parent);
+    let root = above.and_then(Path::parent);
+    let found = if named(folder, "deps") {
+        above.map(|profile| profile.join(PROGRAM))
+    } else if named(folder, "plugins") && named(above, "tatu") && named(root, "lib") {
+        root.and_then(Path::parent).map(|prefix| prefix.join("bin").join(PROGRAM))
+    } else if named(folder, "plugins") {
+        above.map(|dir| dir.join(PROGRAM))
+    } else if named(folder, "tatu") && named(above, "lib") {
+        root.map(|prefix| prefix.join("bin").join(PROGRAM))
+    } else if named(folder, "lib") {
+        above.map(|prefix| prefix.join("bin").join(PROGRAM))
+    } else {
+        None
+    };
+    found.unwrap_or(library)
+}
+
+/// Returns the library that contains this code, or `None` if the program itself does.
+#[cfg(unix)]
+fn own_library() -> Option<PathBuf> {
+    use std::{
+        ffi::{CStr, OsStr, c_char, c_int, c_void},
+        os::unix::ffi::OsStrExt,
+    };
+    /// `Dl_info` of `dlfcn.h`, which Linux, macOS and the BSDs define alike.
+    #[repr(C)]
+    struct About {
+        file: *const c_char,
+        base: *mut c_void,
+        symbol: *const c_char,
+        address: *mut c_void,
+    }
+    unsafe extern "C" {
+        fn dladdr(address: *const c_void, about: *mut About) -> c_int;
+    }
+    let null = std::ptr::null_mut::<c_void>();
+    let mut about = About { file: null.cast(), base: null, symbol: null.cast(), address: null };
+    let here: fn() -> Option<PathBuf> = own_library;
+    // SAFETY: `dladdr` accepts any address and writes `about`, which has the layout of `Dl_info`.
+    if unsafe { dladdr(here as *const c_void, &raw mut about) } == 0 || about.file.is_null() {
+        return None;
+    }
+    // SAFETY: the name is NUL-terminated, and lives as long as the library is loaded, which contains this code.
+    let name = unsafe { CStr::from_ptr(about.file) };
+    let file = Path::new(OsStr::from_bytes(name.to_bytes()));
+    // A program has the name by which it was started, which tells nothing about its folder.
+    let is_library = file.file_name()?.to_str()?.contains(std::env::consts::DLL_SUFFIX);
+    if is_library { file.canonicalize().ok() } else { None }
+}
+#[cfg(not(unix))]
+fn own_library() -> Option<PathBuf> {
+    None
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -25,5 +93,19 @@ mod tests {
         let of = |program: &str| folders_beside(Path::new(program), "models");
         assert_eq!(of("/opt/bin/tatu"), ["/opt/bin/models", "/opt/share/tatu/models"].map(PathBuf::from));
         assert_eq!(of("/"), [""; 0].map(PathBuf::from));
+    }
+
+    #[test]
+    fn a_library_belongs_to_the_program_beside_it() {
+        for (library, program) in [
+            ("/t/target/debug/deps/libtatu_views_web.so", "/t/target/debug/tatu"),
+            ("/usr/lib/tatu/plugins/libtatu_views_web.so", "/usr/bin/tatu"),
+            ("/usr/lib/tatu/libtatuhost.so", "/usr/bin/tatu"),
+            ("/usr/lib/libtatu.so", "/usr/bin/tatu"),
+            ("/opt/tatu/plugins/libtatu_views_web.so", "/opt/tatu/tatu"),
+            ("/py/tatu_sim/_native.abi3.so", "/py/tatu_sim/_native.abi3.so"),
+        ] {
+            assert_eq!(program_of(library.into()), PathBuf::from(program), "{library}");
+        }
     }
 }

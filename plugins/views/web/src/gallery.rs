@@ -8,7 +8,7 @@ use std::{
 };
 
 use base64::{Engine, engine::general_purpose::STANDARD};
-use tatu_plugin_api::safe::{folders_beside, open_plain, read_plain};
+use tatu_plugin_api::safe::{folders_beside, open_plain, program_file, read_plain};
 
 use crate::protocol::{SceneFile, Section, ToPage};
 
@@ -70,7 +70,7 @@ fn is_of_program(path: &Path) -> bool {
 
 /// Returns the folders with scenes that come with the program and exist.
 fn program() -> Vec<PathBuf> {
-    let Ok(program) = std::env::current_exe() else { return Vec::new() };
+    let Some(program) = program_file() else { return Vec::new() };
     let both = [SCENES, MODELS].iter().flat_map(|name| folders_beside(&program, name));
     both.filter(|folder| folder.is_dir()).collect()
 }

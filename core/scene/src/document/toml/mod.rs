@@ -239,7 +239,7 @@ impl<'a> Reader<'a> {
         })?;
         let root = doc.as_table();
         const KNOWN: &[&str] =
-            &["format", "scene", "providers", "permissions", "service", "model", "import", "object", "set"];
+            &["format", "scene", "env", "providers", "permissions", "service", "model", "import", "object", "set"];
         for (key, _) in root.iter() {
             if !KNOWN.contains(&key) {
                 return Err(Error::new("E101", format!("unknown key `{key}`"))
@@ -270,6 +270,12 @@ impl<'a> Reader<'a> {
                 let data = keys::to_map(item).map_err(at)?;
                 b.setting("data", data, top).map_err(at)?;
             }
+        }
+        if let Some(item) = root.get("env").filter(|_| top) {
+            self.table(root, "env")?;
+            let mut kept = toml_edit::DocumentMut::new();
+            kept.insert("env", item.clone());
+            b.document.env = Some(kept.to_string());
         }
         if let Some(providers) = self.table(root, "providers")? {
             for (key, item) in providers.iter() {

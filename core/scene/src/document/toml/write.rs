@@ -43,6 +43,11 @@ pub fn write(document: &Document, registry: &Registry, folder: &str) -> Result<W
     writer.out.text = "format = 1\n".into();
     writer.world();
     writer.services();
+    if let Some(env) = &document.env {
+        writer.out.text.push('\n');
+        writer.out.text += env.trim();
+        writer.out.text.push('\n');
+    }
     for (i, spec) in document.objects.iter().enumerate() {
         writer.object(&builder, i, spec, None)?;
     }

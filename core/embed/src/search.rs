@@ -1,4 +1,4 @@
-//! Determines where this program searches for plugins.
+//! Determines where plugins and models are searched.
 
 use std::{
     ffi::OsString,
@@ -10,23 +10,24 @@ use tatu_core::{
     errors::Error,
     plugins::{MODEL_FILE, Search},
 };
-use tatu_plugin_api::safe::{MOST_BYTES, read_plain_text};
+use tatu_plugin_api::safe::{MOST_BYTES, folders_beside, program_file, read_plain_text};
 
 /// The folders that are searched for plugins and models, and those of the scene that are not.
 pub struct Searched {
+    /// The search path.
     pub search: Search,
     /// Folders of the scene that contain libraries but that the user has not allowed.
     pub untrusted: Vec<PathBuf>,
 }
 
-/// Returns the packages of the plugins that belong to the program, which build.rs reads from the manifest.
+/// Returns the packages of the plugins that belong to the program, which the build script reads from the manifest.
 pub fn built() -> Vec<&'static str> {
     env!("TATU_BUILT_PLUGINS").split(',').filter(|s| !s.is_empty()).collect()
 }
 
 /// Returns the folders to search for plugins, with or without a scene; `allow` has the values of `--allow`.
 pub fn searched(scene: Option<&Path>, sources: &Sources, allow: &[String]) -> Result<Searched, Error> {
-    let exe = std::env::current_exe().ok();
+    let exe = program_file();
     let environment = std::env::var_os("TATU_PLUGIN_PATH");
     let mut search = Search::standard(exe.as_deref(), environment.as_deref(), &built());
     let mut untrusted = Vec::new();
@@ -64,6 +65,41 @@ fn model_folders(scene: Option<&Path>) -> Vec<PathBuf> {
     folders.extend(std::env::split_paths(&given).filter(|f| !f.as_os_str().is_empty()));
     folders.extend(user_folder().map(|f| f.with_file_name("models")));
     folders
+}
+
+/// Returns the file of a scene: the path as it is, if there is such a file; else a scene that comes with the program, by
+/// its path below `scenes`, or by its name alone if there is one of this name. The suffix `.toml` may be left out.
+pub fn scene_file(given: &Path) -> PathBuf {
+    if given.as_os_str().is_empty() || given.is_absolute() || given.exists() {
+        return given.to_owned();
+    }
+    let mut wanted = vec![given.to_owned()];
+    if given.extension().is_none() {
+        wanted.push(given.with_extension("toml"));
+    }
+    let is_name = given.components().count() == 1;
+    for folder in folders_of_program("scenes") {
+        if let Some(file) = wanted.iter().map(|name| folder.join(name)).find(|file| file.is_file()) {
+            return file;
+        }
+        let below = std::fs::read_dir(&folder).into_iter().flatten().flatten().map(|e| e.path()).filter(|p| p.is_dir());
+        let mut found: Vec<PathBuf> = below
+            .filter(|_| is_name)
+            .flat_map(|sub| wanted.iter().map(move |name| sub.join(name)))
+            .filter(|file| file.is_file())
+            .collect();
+        if found.len() == 1 {
+            return found.remove(0);
+        }
+    }
+    given.to_owned()
+}
+
+/// Returns the folders of this name that come with the program and exist.
+pub fn folders_of_program(name: &str) -> Vec<PathBuf> {
+    let program = program_file();
+    let all = program.iter().flat_map(|program| folders_beside(program, name));
+    all.filter(|folder| folder.is_dir()).collect()
 }
 
 /// Returns the folder in which the user installs plugins, which may not exist, or `None` if the environment names no

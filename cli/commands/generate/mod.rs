@@ -1,0 +1,82 @@
+//! `tatu generate`: what packages of the program contain besides it: the manual page, completions for shells, and
+//! declarations of commands for Python.
+
+mod stubs;
+
+use std::process::ExitCode;
+
+use clap::CommandFactory;
+use clap_complete::Shell;
+use tatu_core::{document::Sources, errors::Error};
+
+use crate::{
+    args::{Args, Generate, Generated},
+    report,
+    watchdog::Watchdog,
+};
+
+/// Prints what was asked for. The exit code is 0, or 1 if it could not be written.
+pub fn generate(args: &Generate) -> ExitCode {
+    let mut command = Args::command();
+    let mut text = Vec::new();
+    let shell = match args.what {
+        Generated::Python => return python(),
+        Generated::Man => None,
+        Generated::Bash => Some(Shell::Bash),
+        Generated::Zsh => Some(Shell::Zsh),
+        Generated::Fish => Some(Shell::Fish),
+    };
+    let made = match shell {
+        None => manual(command, &mut text),
+        Some(shell) => {
+            clap_complete::generate(shell, &mut command, "tatu", &mut text);
+            Ok(())
+        }
+    };
+    if let Err(e) = made {
+        report::error(&Error::new("E105", format!("the manual page cannot be made: {e}")));
+        return ExitCode::FAILURE;
+    }
+    report::out!("{}", String::from_utf8_lossy(&text).trim_end());
+    ExitCode::SUCCESS
+}
+
+/// Prints the declarations of all commands.
+fn python() -> ExitCode {
+    let registry = match super::registry(None, &Sources::default(), &[], &Watchdog::default()) {
+        Ok(registry) => registry,
+        Err(e) => {
+            report::error(&e);
+            return ExitCode::FAILURE;
+        }
+    };
+    report::out!("{}", stubs::write(&registry).trim_end());
+    match super::end(registry) {
+        true => ExitCode::SUCCESS,
+        false => ExitCode::FAILURE,
+    }
+}
+
+/// Writes one page for the program and all its commands.
+fn manual(command: clap::Command, out: &mut Vec<u8>) -> std::io::Result<()> {
+    let commands: Vec<clap::Command> =
+        command.get_subcommands().filter(|c| !c.is_hide_set()).cloned().collect();
+    let page = clap_mangen::Man::new(command);
+    page.render_title(out)?;
+    page.render_name_section(out)?;
+    page.render_synopsis_section(out)?;
+    page.render_description_section(out)?;
+    page.render_options_section(out)?;
+    for command in commands {
+        let title = format!("tatu {}", command.get_name());
+        // Their own sections become parts of one page: each begins with the command as a heading.
+        let mut part = Vec::new();
+        let page = clap_mangen::Man::new(command.display_name(title.clone()));
+        page.render_synopsis_section(&mut part)?;
+        page.render_description_section(&mut part)?;
+        page.render_options_section(&mut part)?;
+        let part = String::from_utf8_lossy(&part).replace(".SH ", ".SS ");
+        out.extend_from_slice(format!(".SH {}\n{part}", title.to_uppercase()).as_bytes());
+    }
+    Ok(())
+}

@@ -1,0 +1,151 @@
+//! `tatu sweep`: runs a scene many times, with seeds and parameters from a sweep file, and writes a row for each run.
+
+use std::{
+    collections::BTreeMap,
+    fs::{self, File, OpenOptions},
+    io::{BufWriter, Write},
+    path::Path,
+    process::ExitCode,
+    sync::{
+        Mutex, PoisonError,
+        atomic::{AtomicUsize, Ordering::Relaxed},
+    },
+    thread,
+    time::Instant,
+};
+
+use serde_json::{Value, json};
+use tatu_core::errors::{Error, Result};
+use tatu_embed::{
+    Scene, Setup,
+    sweep::{Row, Sweep as Runner, plan::Plan},
+};
+use tatu_plugin_api::safe::{MOST_BYTES, read_plain_text};
+
+use crate::{args::Sweep, report};
+
+/// Runs the jobs of a sweep that are this shard's. The exit code is 0; 1 if a job failed; 2 if none could be run.
+pub fn sweep(args: &Sweep) -> ExitCode {
+    match run(args) {
+        Ok(0) => ExitCode::SUCCESS,
+        Ok(failed) => {
+            report::err!("{failed} job(s) failed");
+            ExitCode::FAILURE
+        }
+        Err(e) => {
+            report::error(&e);
+            ExitCode::from(2)
+        }
+    }
+}
+
+/// Returns the number of jobs that failed.
+fn run(args: &Sweep) -> Result<usize> {
+    let unreadable = |e| Error::new("E105", format!("cannot read {}: {e}", args.file.display()));
+    let text = read_plain_text(&args.file, MOST_BYTES).map_err(unreadable)?;
+    let plan = Plan::parse(&args.file, &text)?;
+    let setup = Setup::new(Scene::File(plan.scene.clone()));
+    let runner = Runner::open(&Runner::bundle(&setup)?)?;
+    let (shard, shards) = args.shard;
+    let jobs: Vec<usize> = (0..plan.count()).filter(|n| n % shards == shard).collect();
+    let mut out = Output::open(args.output.as_deref())?;
+    let todo: Vec<usize> = jobs.iter().copied().filter(|n| !out.has(&runner.key(&plan.job(*n)))).collect();
+    if todo.len() < jobs.len() {
+        report::note(&format!("{} of {} jobs are done already", jobs.len() - todo.len(), jobs.len()));
+    }
+    let host = hostname();
+    let (next, failed) = (AtomicUsize::new(0), AtomicUsize::new(0));
+    // Rows are written in the order of the jobs, whichever thread ends first.
+    let rows = Mutex::new((BTreeMap::new(), 0, &mut out, Ok(())));
+    let threads = args.threads.map_or_else(|| thread::available_parallelism().map_or(1, usize::from), usize::from);
+    thread::scope(|scope| {
+        for _ in 0..threads.min(todo.len()) {
+            scope.spawn(|| {
+                loop {
+                    let at = next.fetch_add(1, Relaxed);
+                    let Some(number) = todo.get(at) else { return };
+                    let job = plan.job(*number);
+                    let since = Instant::now();
+                    let row = match runner.run(&job, None) {
+                        Ok(row) => told(&row, since.elapsed().as_secs_f64(), &host),
+                        Err(e) => {
+                            failed.fetch_add(1, Relaxed);
+                            json!({"key": runner.key(&job), "seed": job.seed, "set": job.set, "error": e.to_string()})
+                        }
+                    };
+                    let mut rows = rows.lock().unwrap_or_else(PoisonError::into_inner);
+                    let (waiting, written, out, done) = &mut *rows;
+                    waiting.insert(at, row);
+                    while let Some(row) = waiting.remove(written) {
+                        *written += 1;
+                        if done.is_ok() {
+                            *done = out.write(&row);
+                        }
+                    }
+                }
+            });
+        }
+    });
+    let (.., done) = rows.into_inner().unwrap_or_else(PoisonError::into_inner);
+    done?;
+    runner.end();
+    Ok(failed.into_inner())
+}
+
+/// A row as JSON. What depends on the machine comes last.
+fn told(row: &Row, wall: f64, host: &str) -> Value {
+    let mut out = json!(row);
+    out["wall_s"] = json!(wall);
+    out["host"] = json!(host);
+    out
+}
+
+/// Where rows go: a file that is continued, or standard output.
+struct Output {
+    file: Option<(BufWriter<File>, std::path::PathBuf)>,
+    /// Keys of jobs whose rows the file has already.
+    done: std::collections::BTreeSet<String>,
+}
+
+impl Output {
+    fn open(path: Option<&Path>) -> Result<Self> {
+        let Some(path) = path else { return Ok(Output { file: None, done: Default::default() }) };
+        let fail = |e: std::io::Error| {
+            let error = Error::new("E105", format!("cannot write {}: {e}", path.display()));
+            error.help("does the folder exist, and is it writable?")
+        };
+        let text = match path.exists() {
+            true => read_plain_text(path, u64::MAX).map_err(fail)?,
+            false => String::new(),
+        };
+        // A run that was ended may have written part of its last line.
+        let whole = text.rfind('\n').map_or(0, |end| end + 1);
+        let rows = text[..whole].lines().filter_map(|line| serde_json::from_str::<Value>(line).ok());
+        let done = rows.filter(|r| r.get("error").is_none()).filter_map(|r| Some(r["key"].as_str()?.to_owned())).collect();
+        if whole < text.len() {
+            fs::OpenOptions::new().write(true).open(path).and_then(|f| f.set_len(whole as u64)).map_err(fail)?;
+        }
+        let file = OpenOptions::new().create(true).append(true).open(path).map_err(fail)?;
+        Ok(Output { file: Some((BufWriter::new(file), path.to_owned())), done })
+    }
+
+    fn has(&self, key: &str) -> bool {
+        self.done.contains(key)
+    }
+
+    fn write(&mut self, row: &Value) -> Result {
+        match &mut self.file {
+            None => report::out!("{row}"),
+            // Each row is written at once, so that little is lost if the run is ended.
+            Some((file, path)) => writeln!(file, "{row}")
+                .and_then(|()| file.flush())
+                .map_err(|e| Error::new("E105", format!("cannot write {}: {e}", path.display())))?,
+        }
+        Ok(())
+    }
+}
+
+fn hostname() -> String {
+    let name = fs::read_to_string("/proc/sys/kernel/hostname").or_else(|_| std::env::var("HOSTNAME"));
+    name.map_or_else(|_| "unknown".into(), |n| n.trim().to_owned())
+}

@@ -1,0 +1,211 @@
+//! Many worlds on several threads, each of which owns a fixed part of them.
+
+use std::{
+    panic::{AssertUnwindSafe, catch_unwind},
+    process,
+    sync::{Arc, mpsc},
+    thread::JoinHandle,
+};
+
+use tatu_core::errors::{Error, Result};
+
+use crate::{
+    Engine, Seat, Setup,
+    host::{guarded, of_another_process, spawn},
+    line::Line,
+};
+
+type Owned = Vec<Option<Seat>>;
+
+/// A number of worlds. What is done with each of them does not depend on the number of threads.
+pub struct Batch {
+    workers: Vec<Worker>,
+    count: usize,
+    process: u32,
+}
+
+struct Worker {
+    line: Arc<Line<Owned>>,
+    thread: Option<JoinHandle<()>>,
+    /// Number of its first world.
+    first: usize,
+}
+
+impl Batch {
+    /// Makes a world of each setup, on up to `threads` threads. Setups whose documents are equal share one, and all
+    /// share their plugins.
+    ///
+    /// # Errors
+    /// Of the world with the lowest number that cannot be made.
+    pub fn open(setups: Vec<Setup>, threads: usize) -> Result<Self> {
+        let count = setups.len();
+        let Some(first) = setups.first() else {
+            return Err(Error::new("E102", "a batch needs at least one world"));
+        };
+        let engine = Engine::load(first)?;
+        let threads = threads.clamp(1, count);
+        let (tell, told) = mpsc::channel();
+        let mut setups = setups.into_iter();
+        let mut workers: Vec<Worker> = Vec::new();
+        let mut failed = Ok(());
+        for n in 0..threads {
+            let (from, to) = (n * count / threads, (n + 1) * count / threads);
+            let part: Vec<Setup> = setups.by_ref().take(to - from).collect();
+            let line = Arc::new(Line::new());
+            let (served, engine, tell) = (line.clone(), engine.clone(), tell.clone());
+            let spawned = spawn(&format!("worlds {n}"), move || work(part, &engine, from, &tell, &served));
+            match spawned {
+                Ok(thread) => workers.push(Worker { line, thread: Some(thread), first: from }),
+                Err(e) => {
+                    failed = Err(e);
+                    break;
+                }
+            }
+        }
+        drop(tell);
+        let mut wrong: Vec<(usize, Error)> = Vec::new();
+        for _ in 0..workers.len() {
+            wrong.extend(told.recv().ok().flatten());
+        }
+        // From here on the worlds are ended when this is dropped.
+        let batch = Batch { workers, count, process: process::id() };
+        engine.end();
+        failed?;
+        match wrong.into_iter().min_by_key(|(n, _)| *n) {
+            Some((_, e)) => Err(e),
+            None => Ok(batch),
+        }
+    }
+
+    /// Number of worlds.
+    pub fn count(&self) -> usize {
+        self.count
+    }
+
+    /// Calls `f` with each world, its number and its own element of `out`, on the threads of the worlds, and waits until
+    /// all are done.
+    ///
+    /// # Errors
+    /// Of the world with the lowest number for which `f` failed; all others are done nevertheless.
+    pub fn each<O: Send>(&self, out: &mut [O], f: impl Fn(usize, &mut Seat, &mut O) -> Result + Sync) -> Result {
+        if self.process != process::id() {
+            return Err(of_another_process(self.process));
+        }
+        assert_eq!(out.len(), self.count, "one element for each world");
+        let mut rest = out;
+        let mut jobs = Vec::with_capacity(self.workers.len());
+        for (n, worker) in self.workers.iter().enumerate() {
+            let end = self.workers.get(n + 1).map_or(self.count, |next| next.first);
+            let part;
+            (part, rest) = rest.split_at_mut(end - worker.first);
+            let (f, first) = (&f, worker.first);
+            jobs.push((worker, Part { out: part, first, wrong: None, f }));
+        }
+        let mut calls: Vec<_> = jobs.iter_mut().map(|(w, part)| (*w, move |owned: &mut Owned| part.run(owned))).collect();
+        let posted: Vec<_> = calls
+            .iter_mut()
+            .filter_map(|(w, call)| Some(w.line.post(w.thread.as_ref()?.thread(), Some(call))))
+            .collect();
+        drop(posted);
+        drop(calls);
+        // Each part notes the first failure among its worlds, and the parts are in order.
+        jobs.into_iter().find_map(|(_, part)| part.wrong).map_or(Ok(()), Err)
+    }
+
+    /// Calls `f` with one world, and waits for it.
+    ///
+    /// # Errors
+    /// What `f` returns; or there is no such world.
+    pub fn one<T: Send>(&self, world: usize, f: impl FnOnce(&mut Seat) -> Result<T> + Send) -> Result<T> {
+        if self.process != process::id() {
+            return Err(of_another_process(self.process));
+        }
+        let worker = self.workers.iter().rev().find(|w| w.first <= world && world < self.count);
+        let Some((worker, thread)) = worker.and_then(|w| Some((w, w.thread.as_ref()?))) else {
+            return Err(none(world, self.count));
+        };
+        let (mut f, mut result) = (Some(f), None);
+        worker.line.call(thread.thread(), &mut |owned: &mut Owned| {
+            let seat = owned.get_mut(world - worker.first).and_then(Option::as_mut);
+            if let (Some(f), Some(seat)) = (f.take(), seat) {
+                result = Some(guarded(|| f(seat)));
+            }
+        });
+        result.unwrap_or_else(|| Err(none(world, self.count)))
+    }
+}
+
+fn none(world: usize, count: usize) -> Error {
+    Error::new("E102", format!("there is no world {world}")).expected(format!("a number from 0 to {}", count.saturating_sub(1)))
+}
+
+/// A thread's part of what is done with all worlds.
+struct Part<'a, O, F> {
+    out: &'a mut [O],
+    first: usize,
+    wrong: Option<Error>,
+    f: &'a F,
+}
+
+impl<O, F: Fn(usize, &mut Seat, &mut O) -> Result> Part<'_, O, F> {
+    fn run(&mut self, owned: &mut Owned) {
+        for ((n, seat), out) in owned.iter_mut().enumerate().zip(self.out.iter_mut()) {
+            let Some(own) = seat else { continue };
+            if let Err(e) = guarded(|| (self.f)(self.first + n, own, out))
+                && self.wrong.is_none()
+            {
+                self.wrong = Some(Error { text: format!("world {}: {}", self.first + n, e.text), ..e });
+            }
+        }
+    }
+}
+
+/// A thread's life: makes its worlds, does what is asked of it, ends them.
+fn work(
+    setups: Vec<Setup>,
+    engine: &Engine,
+    first: usize,
+    tell: &mpsc::Sender<Option<(usize, Error)>>,
+    line: &Line<Owned>,
+) {
+    let mut owned: Owned = Vec::new();
+    let mut wrong = None;
+    // The document that the last world was made from, and its changes.
+    let mut last: Option<(Engine, Setup)> = None;
+    for (n, setup) in setups.into_iter().enumerate() {
+        let same = |a: &Setup| a.seed == setup.seed && a.set == setup.set;
+        let own = match &last {
+            Some((engine, of)) if same(of) => Ok(engine.clone()),
+            _ => guarded(|| engine.reload(&setup)),
+        };
+        let made = own.and_then(|own| {
+            last = Some((own.clone(), setup.clone()));
+            guarded(|| Seat::new(setup, own))
+        });
+        match made {
+            Ok(seat) => owned.push(Some(seat)),
+            Err(e) => {
+                wrong = Some((first + n, e));
+                break;
+            }
+        }
+    }
+    drop(last);
+    let _ = tell.send(wrong);
+    line.serve(&mut owned);
+    for seat in owned.into_iter().flatten() {
+        let _ = catch_unwind(AssertUnwindSafe(|| seat.end()));
+    }
+}
+
+impl Drop for Batch {
+    fn drop(&mut self) {
+        for worker in &mut self.workers {
+            let Some(thread) = worker.thread.take() else { continue };
+            if self.process == process::id() {
+                worker.line.end(thread.thread());
+                let _ = thread.join();
+            }
+        }
+    }
+}

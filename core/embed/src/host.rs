@@ -1,0 +1,134 @@
+//! A world on a thread of its own, which any thread may use.
+
+use std::{
+    panic::{AssertUnwindSafe, catch_unwind},
+    process,
+    sync::{Arc, mpsc},
+    thread::{self, JoinHandle},
+};
+
+use tatu_core::errors::{Error, Result};
+
+use crate::{Engine, Seat, Setup, line::Line};
+
+/// Stack of a world's thread, bytes: as the main thread of a process has, because scripts and importers nest.
+pub(crate) const STACK: usize = 8 << 20;
+
+/// A world that any thread may use, one at a time; the others wait.
+pub struct Host {
+    line: Arc<Line<Option<Seat>>>,
+    thread: Option<JoinHandle<()>>,
+    /// The process that made it. A copy of the process by `fork` lacks the thread.
+    process: u32,
+}
+
+impl Host {
+    /// Makes a world and starts it.
+    ///
+    /// # Errors
+    /// The scene, a plugin or a change is invalid, or the system gives no thread.
+    pub fn open(setup: Setup) -> Result<Self> {
+        Self::start(move || {
+            let engine = Engine::load(&setup)?;
+            Seat::new(setup, engine)
+        })
+    }
+
+    /// Makes a world in the same state as another one, which goes on by itself.
+    ///
+    /// # Errors
+    /// The state cannot be captured completely, or the world cannot be made.
+    pub fn fork(&self) -> Result<Self> {
+        let (setup, engine, snapshot) =
+            self.with(|seat| Ok((seat.setup().clone(), seat.engine().clone(), seat.snapshot()?)))?;
+        Self::start(move || {
+            let mut seat = Seat::new(setup, engine)?;
+            seat.restore(&snapshot).map(|()| seat)
+        })
+    }
+
+    fn start(make: impl FnOnce() -> Result<Seat> + Send + 'static) -> Result<Self> {
+        let line = Arc::new(Line::new());
+        let served = line.clone();
+        let (tell, told) = mpsc::channel();
+        let run = move || {
+            let made = guarded(make);
+            let mut seat = match made {
+                Ok(seat) => Some(seat),
+                Err(e) => {
+                    let _ = tell.send(Err(e));
+                    return;
+                }
+            };
+            let _ = tell.send(Ok(()));
+            served.serve(&mut seat);
+            if let Some(seat) = seat {
+                let _ = catch_unwind(AssertUnwindSafe(|| seat.end()));
+            }
+        };
+        let thread = spawn("world", run)?;
+        told.recv().unwrap_or_else(|_| Err(lost()))?;
+        Ok(Host { line, thread: Some(thread), process: process::id() })
+    }
+
+    /// Has the world's thread do something with it, and waits for the result.
+    ///
+    /// # Errors
+    /// What `f` returns; the process is a copy of the one that made the world; or `f` panicked, which is a bug of the
+    /// simulator: the world is lost then.
+    pub fn with<T: Send>(&self, f: impl FnOnce(&mut Seat) -> Result<T> + Send) -> Result<T> {
+        if self.process != process::id() {
+            return Err(of_another_process(self.process));
+        }
+        let Some(thread) = &self.thread else { return Err(lost()) };
+        let (mut f, mut result) = (Some(f), None);
+        self.line.call(thread.thread(), &mut |seat: &mut Option<Seat>| {
+            let (Some(f), Some(own)) = (f.take(), seat.as_mut()) else { return };
+            let done = guarded(|| f(own));
+            if done.as_ref().is_err_and(|e| e.code == BUG) {
+                // Its parts may be inconsistent, so nothing is called in it any more.
+                std::mem::forget(seat.take());
+            }
+            result = Some(done);
+        });
+        result.unwrap_or_else(|| Err(lost()))
+    }
+}
+
+impl Drop for Host {
+    fn drop(&mut self) {
+        let Some(thread) = self.thread.take() else { return };
+        // In a copy of the process there is no thread to end.
+        if self.process == process::id() {
+            self.line.end(thread.thread());
+            let _ = thread.join();
+        }
+    }
+}
+
+/// Code of errors that are bugs of the simulator.
+const BUG: &str = "E405";
+
+/// Starts a thread that worlds live on.
+pub(crate) fn spawn(name: &str, run: impl FnOnce() + Send + 'static) -> Result<JoinHandle<()>> {
+    let thread = thread::Builder::new().name(name.into()).stack_size(STACK).spawn(run);
+    thread.map_err(|e| Error::new("E401", format!("cannot start a thread for a world: {e}")).help("make fewer worlds"))
+}
+
+/// Runs `f`; a panic becomes an error.
+pub(crate) fn guarded<T>(f: impl FnOnce() -> Result<T>) -> Result<T> {
+    catch_unwind(AssertUnwindSafe(f)).unwrap_or_else(|payload| {
+        let why = payload.downcast_ref::<String>().map(String::as_str).or(payload.downcast_ref::<&str>().copied());
+        let text = format!("the simulator failed: {}", why.unwrap_or("without a text"));
+        Err(Error::new(BUG, text).help("this is a bug in the simulator: please report it, with the scene"))
+    })
+}
+
+fn lost() -> Error {
+    Error::new("E405", "the world no longer exists: it was closed, or lost by a bug").help("make a new one")
+}
+
+pub(crate) fn of_another_process(process: u32) -> Error {
+    let text = format!("the world belongs to process {process}, of which this one is a copy: it has no threads here");
+    Error::new("E406", text).help("make worlds after `fork`, or start processes by `spawn`")
+}

@@ -1,0 +1,176 @@
+//! Handing work to a thread, and waiting until it is done.
+//!
+//! A step takes 10 to 200 us, and waking a thread about 10: so who waits looks for a while before it sleeps, as long as
+//! no more threads look or work than there are processors.
+
+use std::{
+    cell::UnsafeCell,
+    sync::{
+        Mutex, OnceLock, PoisonError,
+        atomic::{
+            AtomicU32, AtomicUsize,
+            Ordering::{Acquire, Relaxed, Release},
+        },
+    },
+    thread::{self, Thread},
+    time::{Duration, Instant},
+};
+
+/// No work has been posted, or it was taken back.
+const FREE: u32 = 0;
+/// Work is waiting, or being done.
+const POSTED: u32 = 1;
+/// It is done, and the caller may go on.
+const DONE: u32 = 2;
+
+/// How long a thread looks for new work after the last, and a caller for the end of its own.
+const LOOKS: Duration = Duration::from_micros(300);
+
+/// Threads that work or look, in this process.
+static BUSY: AtomicUsize = AtomicUsize::new(0);
+
+fn processors() -> usize {
+    static COUNT: OnceLock<usize> = OnceLock::new();
+    *COUNT.get_or_init(|| thread::available_parallelism().map_or(1, usize::from))
+}
+
+/// Waits until `ready`: looks for a while, then sleeps until it is unparked.
+fn wait(ready: impl Fn() -> bool) {
+    if BUSY.fetch_add(1, Relaxed) < processors() {
+        let since = Instant::now();
+        while BUSY.load(Relaxed) <= processors() && since.elapsed() < LOOKS {
+            for _ in 0..64 {
+                if ready() {
+                    BUSY.fetch_sub(1, Relaxed);
+                    return;
+                }
+                std::hint::spin_loop();
+            }
+        }
+    }
+    BUSY.fetch_sub(1, Relaxed);
+    while !ready() {
+        thread::park();
+    }
+}
+
+/// Work for a thread that owns a `T`; `None` ends it.
+type Job<'a, T> = dyn FnMut(&mut T) + Send + 'a;
+
+/// The line between callers and one thread.
+pub struct Line<T> {
+    state: AtomicU32,
+    /// The work that is posted, and who waits for it. Written by the caller while `FREE`, read by the thread while
+    /// `POSTED`.
+    posted: UnsafeCell<Option<(Option<*mut Job<'static, T>>, Thread)>>,
+    /// Held by the caller from posting to the end.
+    turn: Mutex<()>,
+}
+
+// SAFETY: `posted` is used by one thread at a time, as its comment says; `state` passes it on. The job is `Send`.
+unsafe impl<T> Send for Line<T> {}
+// SAFETY: as above; callers take turns.
+unsafe impl<T> Sync for Line<T> {}
+
+impl<T> Line<T> {
+    /// A line without work.
+    pub fn new() -> Self {
+        Line { state: AtomicU32::new(FREE), posted: UnsafeCell::new(None), turn: Mutex::new(()) }
+    }
+
+    /// The thread's part: does what is posted to it, until [`end`](Self::end) is called.
+    pub fn serve(&self, owned: &mut T) {
+        loop {
+            wait(|| self.state.load(Acquire) == POSTED);
+            // SAFETY: while `POSTED`, only this thread uses `posted`.
+            let Some((job, caller)) = (unsafe { (*self.posted.get()).take() }) else { continue };
+            if let Some(job) = job {
+                BUSY.fetch_add(1, Relaxed);
+                // SAFETY: the caller keeps the job alive until it sees `DONE`, and does not use it before.
+                unsafe { (*job)(owned) };
+                BUSY.fetch_sub(1, Relaxed);
+            }
+            self.state.store(DONE, Release);
+            caller.unpark();
+            if job.is_none() {
+                return;
+            }
+        }
+    }
+
+    /// Has the thread do something, and waits for it. What it does must not panic.
+    pub fn call(&self, thread: &Thread, job: &mut Job<'_, T>) {
+        self.post(thread, Some(job)).finish();
+    }
+
+    /// Ends the thread's [`serve`](Self::serve).
+    pub fn end(&self, thread: &Thread) {
+        self.post(thread, None).finish();
+    }
+
+    /// Posts work, without waiting for it.
+    pub fn post<'a>(&'a self, thread: &Thread, job: Option<&'a mut Job<'_, T>>) -> Posted<'a, T> {
+        let turn = self.turn.lock().unwrap_or_else(PoisonError::into_inner);
+        // SAFETY: only the lifetime changes. `Posted` borrows the job, and does not end before the thread is done with it.
+        let job = job.map(|job| unsafe { std::mem::transmute::<*mut Job<'_, T>, *mut Job<'static, T>>(job) });
+        // SAFETY: this caller has the turn and the state is `FREE`, so nobody else uses `posted`.
+        unsafe { *self.posted.get() = Some((job, thread::current())) };
+        self.state.store(POSTED, Release);
+        thread.unpark();
+        Posted { line: self, _turn: turn }
+    }
+}
+
+/// Work that a thread is doing. Dropping it waits for the end of the work.
+#[must_use]
+pub struct Posted<'a, T> {
+    line: &'a Line<T>,
+    _turn: std::sync::MutexGuard<'a, ()>,
+}
+
+impl<T> Posted<'_, T> {
+    /// Waits until the work is done.
+    pub fn finish(self) {}
+}
+
+impl<T> Drop for Posted<'_, T> {
+    fn drop(&mut self) {
+        wait(|| self.line.state.load(Acquire) == DONE);
+        self.line.state.store(FREE, Release);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use super::*;
+
+    #[test]
+    fn callers_take_turns() {
+        let line = Arc::new(Line::<u64>::new());
+        let served = line.clone();
+        let thread = thread::spawn(move || {
+            let mut sum = 0;
+            served.serve(&mut sum);
+            sum
+        });
+        thread::scope(|scope| {
+            for part in 0..4 {
+                let (line, thread) = (&line, thread.thread());
+                scope.spawn(move || {
+                    for n in 0..1000 {
+                        let mut seen = 0;
+                        line.call(thread, &mut |sum| {
+                            *sum += part * 1000 + n;
+                            seen = *sum;
+                        });
+                        assert!(seen >= part * 1000 + n);
+                    }
+                });
+            }
+        });
+        line.end(thread.thread());
+        assert_eq!(thread.join().unwrap(), (0..4000).sum());
+    }
+}

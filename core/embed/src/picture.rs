@@ -1,0 +1,58 @@
+//! What a camera of a world sees.
+
+use tatu_core::{
+    World,
+    errors::{Error, Result},
+};
+use tatu_render::{Camera, Picture};
+
+/// From where a world is looked at.
+#[derive(Debug, Clone)]
+pub enum View {
+    /// The first camera of the scene, or a place from which everything is seen.
+    Own,
+    /// A camera of the scene, by its path.
+    Camera(String),
+    /// From a point to a point, in metres.
+    Points([f64; 3], [f64; 3]),
+}
+
+/// Default field of view, rad.
+const FOV: f64 = 0.872_664_625_997_164_8;
+
+/// Renders a picture of `size` columns and rows; `fov` is the angle between left and right edge, rad.
+///
+/// # Errors
+/// There is no such camera, or the view has no direction.
+pub fn picture(world: &World, view: &View, size: [u32; 2], fov: Option<f64>) -> Result<Picture> {
+    let [columns, rows] = size;
+    if columns == 0 || rows == 0 || u64::from(columns) * u64::from(rows) > 1 << 26 {
+        let error = Error::new("E102", format!("a picture of {columns} x {rows} pixels cannot be made"));
+        return Err(error.expected("at least 1 pixel, and at most 67 million"));
+    }
+    if fov.is_some_and(|fov| !(fov > 0.0 && fov < std::f64::consts::PI)) {
+        return Err(Error::new("E102", "the field of view is no such angle").expected("more than 0, less than pi rad"));
+    }
+    let camera = match view {
+        View::Own => match tatu_render::scene_camera(world, fov, size) {
+            Some((camera, _)) => camera,
+            None => tatu_render::framing(world, fov.unwrap_or(FOV), size),
+        },
+        View::Camera(path) => tatu_render::camera_at(world, path, fov, size).ok_or_else(|| no_camera(world, path))?,
+        View::Points(from, to) if from == to => {
+            return Err(Error::new("E102", "the view has no direction").expected("two different points"));
+        }
+        View::Points(from, to) => {
+            Camera { from: (*from).into(), to: (*to).into(), fov: fov.unwrap_or(FOV), columns, rows }
+        }
+    };
+    Ok(tatu_render::picture(world, &camera, &[], true))
+}
+
+fn no_camera(world: &World, path: &str) -> Error {
+    let error = Error::new("E110", format!("there is no camera `{path}`")).expected("the path of a camera");
+    match world.nearest(path) {
+        Some(near) => error.help(format!("did you mean `{near}`?")),
+        None => error,
+    }
+}

@@ -1,0 +1,208 @@
+//! What a world is made of: a scene, the plugins, and changes.
+
+use std::{
+    path::{Path, PathBuf},
+    sync::{Arc, Mutex, MutexGuard, PoisonError, Weak},
+};
+
+use tatu_core::{
+    document::{self, Document, Options, Override, ScriptOverride, ServiceOverride, Sources},
+    errors::{Error, Result},
+    host_tables,
+    plugins::{Registry, Search, Source},
+};
+
+use crate::search::{Searched, searched, user_settings};
+
+/// A scene.
+#[derive(Debug, Clone)]
+pub enum Scene {
+    /// A file: a scene file, or one that an importer reads.
+    File(PathBuf),
+    /// The text of a scene file, and the folder from which its paths start.
+    Text(String, PathBuf),
+}
+
+/// What a world is made of. The fields are those of the command line.
+#[derive(Debug, Clone)]
+pub struct Setup {
+    /// The scene.
+    pub scene: Scene,
+    /// Seed of all random numbers; `None`: the scene's own.
+    pub seed: Option<u64>,
+    /// Changes: `/Robot/leftMotor.max_force_nm=2`.
+    pub set: Vec<String>,
+    /// Replaced scripts: `/Robot=my_controller.lua`.
+    pub scripts: Vec<String>,
+    /// What scripts may use of the outside: `exec`, `native`, `net=HOST:PORT`; `plugins`: plugins that the scene names.
+    pub allow: Vec<String>,
+    /// Services that are started: `ID:KEY=VALUE`. Those that the scene names are not.
+    pub services: Vec<String>,
+    /// Libraries of plugins, or folders with such, searched before all others.
+    pub plugins: Vec<PathBuf>,
+    /// Number of threads of one world; it does not affect the results.
+    pub threads: usize,
+    /// The folder in which scripts open files; `None`: the working folder.
+    pub files: Option<PathBuf>,
+}
+
+impl Setup {
+    /// A scene without changes.
+    pub fn new(scene: Scene) -> Self {
+        Setup {
+            scene,
+            seed: None,
+            set: Vec::new(),
+            scripts: Vec::new(),
+            allow: Vec::new(),
+            services: Vec::new(),
+            plugins: Vec::new(),
+            threads: 1,
+            files: None,
+        }
+    }
+
+    /// The file as which the scene is read.
+    pub fn file(&self) -> PathBuf {
+        match &self.scene {
+            Scene::File(file) => file.clone(),
+            Scene::Text(_, folder) => folder.join("scene-from-text.toml"),
+        }
+    }
+
+    fn sources(&self) -> Sources {
+        let sources = Sources::default();
+        if let Scene::Text(text, _) = &self.scene {
+            sources.keep(&self.file(), text.as_bytes().to_vec());
+        }
+        sources
+    }
+
+    fn options(&self) -> Result<Options> {
+        Ok(Options {
+            seed: self.seed,
+            set: self.set.iter().map(|s| Override::parse(s)).collect::<Result<_>>()?,
+            scripts: self.scripts.iter().map(|s| ScriptOverride::parse(s)).collect::<Result<_>>()?,
+            allow: self.allow.iter().filter(|a| *a != "plugins").cloned().collect(),
+            services: self.services.iter().map(|s| ServiceOverride::parse(s)).collect::<Result<_>>()?,
+            user_settings: user_settings()?,
+            sources: self.sources(),
+            ..Options::default()
+        })
+    }
+}
+
+/// Plugins are started and ended, and their instances made, by one thread at a time.
+static SETTING_UP: Mutex<()> = Mutex::new(());
+
+/// Waits until no other thread starts or ends plugins or worlds.
+pub(crate) fn setting_up() -> MutexGuard<'static, ()> {
+    SETTING_UP.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// The registries that are in use, so that worlds with the same search path share one.
+static SHARED: Mutex<Vec<(Vec<PathBuf>, Weak<Registry>)>> = Mutex::new(Vec::new());
+
+/// The plugins of a setup and the document of its scene, from which any number of worlds can be made.
+#[derive(Clone)]
+pub struct Engine {
+    /// The plugins.
+    pub registry: Arc<Registry>,
+    /// The scene.
+    pub document: Arc<Document>,
+    /// Warnings of plugins and of the scene.
+    pub warnings: Vec<String>,
+}
+
+impl Engine {
+    /// Loads plugins and scene.
+    ///
+    /// # Errors
+    /// A file or a change is invalid, or the scene names plugins that are not allowed.
+    pub fn load(setup: &Setup) -> Result<Self> {
+        let _one = setting_up();
+        let registry = registry_of(setup, false)?;
+        let mut warnings: Vec<String> = registry.refused.iter().map(ToString::to_string).collect();
+        let document = match document::load(&setup.file(), &registry, &setup.options()?) {
+            Ok(document) => document,
+            Err(e) => {
+                release(registry);
+                return Err(e);
+            }
+        };
+        warnings.extend(document.reports.iter().map(|r| r.text.clone()));
+        Ok(Engine { registry, document: Arc::new(document), warnings })
+    }
+
+    /// Loads the scene again, with other changes, for the same plugins.
+    ///
+    /// # Errors
+    /// A file or a change is invalid.
+    pub fn reload(&self, setup: &Setup) -> Result<Self> {
+        let document = document::load(&setup.file(), &self.registry, &setup.options()?)?;
+        Ok(Engine { document: Arc::new(document), ..self.clone() })
+    }
+
+    /// Ends the plugins, if nobody else uses them.
+    pub(crate) fn end(self) {
+        let _one = setting_up();
+        let Engine { registry, document, .. } = self;
+        drop(document);
+        release(registry);
+    }
+}
+
+/// Returns a registry for a setup; one that is in use, if its search path is the same. `bundled`: the scene's own file is
+/// not read, so no plugins are used that it names.
+pub(crate) fn registry_of(setup: &Setup, bundled: bool) -> Result<Arc<Registry>> {
+    let mut search = search_of(setup, bundled)?;
+    let given: Vec<PathBuf> = setup.plugins.iter().filter(|p| p.is_file()).cloned().collect();
+    search.files.splice(0..0, given);
+    let key: Vec<PathBuf> = search.folders.iter().map(|(f, _)| f).chain(&search.files).chain(&search.models).cloned().collect();
+    let mut shared = SHARED.lock().unwrap_or_else(PoisonError::into_inner);
+    shared.retain(|(_, registry)| registry.strong_count() > 0);
+    if let Some(registry) = shared.iter().find(|(k, _)| *k == key).and_then(|(_, r)| r.upgrade()) {
+        return Ok(registry);
+    }
+    let registry = Arc::new(Registry::load(search, host_tables()));
+    shared.push((key, Arc::downgrade(&registry)));
+    Ok(registry)
+}
+
+fn search_of(setup: &Setup, bundled: bool) -> Result<Search> {
+    let file = setup.file();
+    let scene = (!bundled).then_some(file.as_path());
+    let Searched { mut search, untrusted } = searched(scene, &setup.sources(), &setup.allow)?;
+    if let Some(folder) = untrusted.first() {
+        let text = format!(
+            "{} wants to load plugins from {}: native code, which can do whatever you can",
+            file.display(),
+            shown(folder).display()
+        );
+        let help = "if you trust the folder, allow `plugins`, or name it once for all runs in the environment: \
+                    TATU_TRUST=/absolute/folder";
+        return Err(Error::new("E312", text).help(help));
+    }
+    for path in setup.plugins.iter().rev() {
+        if path.is_dir() {
+            search.folders.insert(0, (path.clone(), Source::Environment));
+        } else if !path.is_file() {
+            let error = Error::new("E311", format!("there is no plugin at {}", path.display()));
+            return Err(error.expected("a library that has been built, or a folder with such"));
+        }
+    }
+    Ok(search)
+}
+
+fn shown(folder: &Path) -> PathBuf {
+    folder.canonicalize().unwrap_or_else(|_| folder.to_owned())
+}
+
+/// Ends the plugins of a registry, if this is its last owner. Must be called while no other thread sets up worlds.
+pub(crate) fn release(registry: Arc<Registry>) {
+    if let Some(registry) = Arc::into_inner(registry) {
+        for e in registry.end() {
+            tatu_core::breach(e.to_string());
+        }
+    }
+}

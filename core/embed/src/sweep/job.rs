@@ -1,0 +1,92 @@
+//! What is run.
+
+use std::collections::BTreeMap;
+
+use serde::{Deserialize, Serialize};
+use serde_json::Value;
+use sha2::{Digest, Sha256};
+use tatu_core::errors::{Error, Result};
+
+use super::Metric;
+
+/// Longest run, s of simulation time: ten years.
+const LONGEST: f64 = 3.2e8;
+
+/// A run of a scene.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Job {
+    /// Seed of all random numbers; `None`: the scene's own.
+    #[serde(default)]
+    pub seed: Option<u64>,
+    /// Changes to the scene, as for `--set`: key and value.
+    #[serde(default)]
+    pub set: BTreeMap<String, Value>,
+    /// Simulation time to run, s.
+    pub seconds: f64,
+    /// Numbers that are taken of the run, by name.
+    #[serde(default)]
+    pub metrics: BTreeMap<String, Metric>,
+}
+
+impl Job {
+    /// Reads a job from JSON.
+    ///
+    /// # Errors
+    /// It is not a job; the message has the line and what was expected.
+    pub fn parse(text: &str) -> Result<Self> {
+        serde_json::from_str(text).map_err(|e| Error::new("E102", format!("this is no job of a sweep: {e}")))
+    }
+
+    pub(super) fn check(&self) -> Result {
+        match self.seconds {
+            s if s.is_finite() && (0.0..=LONGEST).contains(&s) => Ok(()),
+            s => Err(Error::new("E102", format!("a job of {s} s cannot be run")).expected("seconds, at least 0")),
+        }
+    }
+
+    /// Returns the changes as settings.
+    pub(super) fn settings(&self) -> impl Iterator<Item = String> {
+        self.set.iter().map(|(key, value)| format!("{key}={}", toml(value)))
+    }
+
+    /// Returns the key of this job for a scene with the hash `base`.
+    pub(super) fn key(&self, base: &[u8; 32]) -> String {
+        let mut hash = Sha256::new();
+        hash.update(base);
+        // Maps are ordered, and numbers are written with all their digits, so equal jobs give equal text.
+        hash.update(serde_json::to_vec(self).unwrap_or_default());
+        hash.finalize().iter().take(16).map(|b| format!("{b:02x}")).collect()
+    }
+}
+
+/// A JSON value as TOML.
+fn toml(value: &Value) -> String {
+    match value {
+        Value::Array(all) => format!("[{}]", all.iter().map(toml).collect::<Vec<_>>().join(", ")),
+        Value::Object(all) => {
+            let pairs = all.iter().map(|(k, v)| format!("{} = {}", Value::from(k.as_str()), toml(v)));
+            format!("{{{}}}", pairs.collect::<Vec<_>>().join(", "))
+        }
+        // Numbers, texts and truth values look the same in both.
+        other => other.to_string(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn equal_jobs_have_equal_keys() {
+        let job = |text: &str| Job::parse(text).unwrap();
+        let a = job(r#"{"seconds": 1.0, "seed": 3, "set": {"/a.b": 1.5, "/c.d": [1, 2]}}"#);
+        let b = job(r#"{"set": {"/c.d": [1, 2], "/a.b": 1.50}, "seed": 3, "seconds": 1}"#);
+        assert_eq!((a.key(&[0; 32]), a.key(&[0; 32]).len()), (b.key(&[0; 32]), 32));
+        assert_ne!(a.key(&[0; 32]), a.key(&[1; 32]));
+        assert_ne!(a.key(&[0; 32]), Job { seed: None, ..a.clone() }.key(&[0; 32]));
+        assert_eq!(a.settings().collect::<Vec<_>>(), ["/a.b=1.5", "/c.d=[1, 2]"]);
+        assert!(Job::parse(r#"{"seconds": 1, "sed": 3}"#).unwrap_err().text.contains("sed"));
+        assert!(job(r#"{"seconds": -1}"#).check().is_err());
+    }
+}

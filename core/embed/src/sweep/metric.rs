@@ -1,0 +1,145 @@
+//! Numbers that are taken of a run.
+
+use serde::{Deserialize, Serialize};
+use tatu_core::{
+    Channel, World,
+    errors::{Error, Result},
+};
+
+/// A number that is taken of a run.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Metric {
+    /// Path of the object; empty: the world.
+    pub object: String,
+    /// Name of a property, or of a field of the object's readings.
+    pub field: String,
+    /// The element that is taken, from 0; without it, all of them are reduced to one number.
+    #[serde(default)]
+    pub index: Option<usize>,
+    /// How several elements become one number.
+    #[serde(default)]
+    pub reduce: Reduce,
+    /// When it is taken.
+    #[serde(default)]
+    pub over: Over,
+}
+
+/// How several elements become one number.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Reduce {
+    /// The first.
+    #[default]
+    First,
+    /// The least.
+    Min,
+    /// The greatest.
+    Max,
+    /// Their sum.
+    Sum,
+    /// Their mean.
+    Mean,
+    /// The root of the sum of their squares.
+    Norm,
+}
+
+/// Over which part of the run a number is taken.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Over {
+    /// After the last step.
+    #[default]
+    End,
+    /// The least after any step.
+    Min,
+    /// The greatest after any step.
+    Max,
+    /// The sum over all steps.
+    Sum,
+    /// The mean over all steps.
+    Mean,
+    /// The way of the number: the sum of its changes, each taken as positive.
+    Way,
+}
+
+/// A metric of a run that is going on.
+pub(super) struct Taken<'a> {
+    name: &'a str,
+    metric: &'a Metric,
+    channel: Channel,
+    numbers: Vec<f64>,
+    /// The number before, and what has been gathered.
+    last: Option<f64>,
+    gathered: Option<f64>,
+    count: u64,
+}
+
+impl<'a> Taken<'a> {
+    pub fn of(name: &'a str, metric: &'a Metric, world: &World) -> Result<Self> {
+        let channel = world.channel(&metric.object, &metric.field);
+        let channel = channel.map_err(|r| wrong(name, &r.1))?;
+        let count = channel.shape.iter().product();
+        if let Some(index) = metric.index.filter(|i| *i >= count) {
+            let text = format!("`{}` of {} has {count} elements, no element {index}", metric.field, metric.object);
+            return Err(wrong(name, &text).expected(format!("an index from 0 to {}", count.saturating_sub(1))));
+        }
+        let mut taken =
+            Taken { name, metric, channel, numbers: vec![0.0; count], last: None, gathered: None, count: 0 };
+        // A way begins where the run does; everything else is of what the steps did.
+        taken.last = Some(taken.read(world)?);
+        Ok(taken)
+    }
+
+    fn read(&mut self, world: &World) -> Result<f64> {
+        world.read_channel(&self.channel, &mut self.numbers).map_err(|r| wrong(self.name, &r.1))?;
+        Ok(match self.metric.index {
+            Some(index) => self.numbers[index],
+            None => self.metric.reduce.of(&self.numbers),
+        })
+    }
+
+    pub fn after_step(&mut self, world: &World) -> Result {
+        let number = self.read(world)?;
+        let before = self.last.replace(number).unwrap_or(number);
+        self.count += 1;
+        let old = self.gathered;
+        self.gathered = match self.metric.over {
+            Over::End => Some(number),
+            Over::Min => Some(old.map_or(number, |x| x.min(number))),
+            Over::Max => Some(old.map_or(number, |x| x.max(number))),
+            Over::Sum | Over::Mean => Some(old.unwrap_or(0.0) + number),
+            Over::Way => Some(old.unwrap_or(0.0) + (number - before).abs()),
+        };
+        Ok(())
+    }
+
+    /// The number, or `None` if there is none: no step was done, or it is not finite.
+    pub fn value(&self) -> Option<f64> {
+        let number = match self.metric.over {
+            Over::End => self.gathered.or(self.last),
+            Over::Mean => self.gathered.map(|sum| sum / self.count as f64),
+            _ => self.gathered,
+        };
+        number.filter(|x| x.is_finite())
+    }
+}
+
+impl Reduce {
+    fn of(self, numbers: &[f64]) -> f64 {
+        let n = numbers.len() as f64;
+        let sum = || numbers.iter().sum::<f64>();
+        match self {
+            Reduce::First => numbers.first().copied().unwrap_or(f64::NAN),
+            Reduce::Min => numbers.iter().copied().reduce(f64::min).unwrap_or(f64::NAN),
+            Reduce::Max => numbers.iter().copied().reduce(f64::max).unwrap_or(f64::NAN),
+            Reduce::Sum => sum(),
+            Reduce::Mean => sum() / n,
+            Reduce::Norm => numbers.iter().map(|x| x * x).sum::<f64>().sqrt(),
+        }
+    }
+}
+
+fn wrong(name: &str, text: &str) -> Error {
+    Error::new("E102", format!("the metric `{name}`: {text}"))
+}

@@ -1,0 +1,169 @@
+//! Many runs of one scene that differ in seeds and parameters. Each is a pure function of its [`Job`] and of the scene's
+//! files and plugins, and gives a [`Row`].
+//!
+//! - `job`: what is run, and its key; `metric`: numbers that are taken of a run;
+//! - [`plan`]: jobs of a sweep file.
+
+mod job;
+mod metric;
+pub mod plan;
+
+use std::{path::Path, sync::Arc, thread};
+
+use serde::Serialize;
+use sha2::{Digest, Sha256};
+use tatu_core::{
+    World,
+    document::{self, Override},
+    errors::{Error, Result},
+    plugins::Registry,
+    session::file::{Header, Writer},
+};
+use tatu_plugin_api::safe::{MOST_BYTES, read_plain};
+
+pub use job::Job;
+pub use metric::{Metric, Over, Reduce};
+
+use crate::{
+    Engine, Setup,
+    host::{STACK, guarded},
+    setup::{registry_of, release, setting_up},
+};
+use metric::Taken;
+
+/// A scene with all its files and the plugins that it needs.
+pub struct Sweep {
+    header: Header,
+    registry: Arc<Registry>,
+    /// Hash of the scene's files and of the plugins' libraries: the same key of a job means the same run.
+    base: [u8; 32],
+}
+
+/// What a run gave. It does not depend on the machine or on the time of day.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Row {
+    /// Key of the job.
+    pub key: String,
+    /// Seed of the run; `None`: the scene's own.
+    pub seed: Option<u64>,
+    /// Changes to the scene, by setting.
+    pub set: std::collections::BTreeMap<String, serde_json::Value>,
+    /// Steps done.
+    pub steps: u64,
+    /// Simulation time at the end, s.
+    pub time: f64,
+    /// Numbers that were asked for, by name; `null` where there is none, such as the mean of nothing.
+    pub metrics: std::collections::BTreeMap<String, Option<f64>>,
+    /// Hash of the state at the end.
+    pub hash: String,
+    /// Number of errors of scripts and plugins.
+    pub faults: u64,
+}
+
+impl Sweep {
+    /// Returns a scene with all its files as text, from which [`open`](Self::open) runs it on any machine that has the
+    /// same plugins.
+    ///
+    /// # Errors
+    /// The scene is invalid, or runs only with what a bundle cannot hold: stand-ins, `allow`.
+    pub fn bundle(setup: &Setup) -> Result<String> {
+        let engine = Engine::load(setup)?;
+        let header = Header::new(&engine.document, &engine.registry, None, setup.set.clone(), setup.scripts.clone());
+        engine.end();
+        serde_json::to_string(&header).map_err(|e| Error::new("E105", format!("the scene cannot be bundled: {e}")))
+    }
+
+    /// Loads the plugins for a bundle.
+    ///
+    /// # Errors
+    /// It is no bundle, or a plugin of it is missing here or has another version.
+    pub fn open(bundle: &str) -> Result<Self> {
+        let header: Header = serde_json::from_str(bundle).map_err(|e| {
+            Error::new("E116", format!("the bundle of a scene cannot be read: {e}"))
+                .help("make it anew, with the same version of the program")
+        })?;
+        let _one = setting_up();
+        let registry = registry_of(&Setup::new(crate::Scene::File(header.scene.clone())), true)?;
+        if let Some(text) = header.differences(&registry).into_iter().next() {
+            release(registry);
+            let error = Error::new("E117", format!("the scene would run differently here: {text}"));
+            return Err(error.help("install the plugins that it was bundled with"));
+        }
+        let mut hash = Sha256::new();
+        hash.update(bundle.as_bytes());
+        for plugin in &registry.plugins {
+            hash.update(plugin.id.as_bytes());
+            let bytes = read_plain(&plugin.path, MOST_BYTES).map_err(|e| {
+                Error::new("E105", format!("cannot read {}: {e}", plugin.path.display()))
+            })?;
+            hash.update(Sha256::digest(bytes));
+        }
+        Ok(Sweep { header, registry, base: hash.finalize().into() })
+    }
+
+    /// Returns the key of a job: equal keys mean equal rows.
+    pub fn key(&self, job: &Job) -> String {
+        job.key(&self.base)
+    }
+
+    /// Runs a job, on a thread of its own. `record`: a file for the input log, from which `tatu run --replay` repeats the
+    /// run.
+    ///
+    /// # Errors
+    /// A setting or metric is invalid. Errors of scripts are counted in the row.
+    pub fn run(&self, job: &Job, record: Option<&Path>) -> Result<Row> {
+        let run = || guarded(|| self.run_here(job, record));
+        thread::scope(|scope| {
+            let thread = thread::Builder::new().name("job".into()).stack_size(STACK).spawn_scoped(scope, run);
+            let thread = thread.map_err(|e| Error::new("E401", format!("cannot start a thread for a run: {e}")))?;
+            thread.join().unwrap_or_else(|_| Err(Error::new("E405", "the run was lost")))
+        })
+    }
+
+    fn run_here(&self, job: &Job, record: Option<&Path>) -> Result<Row> {
+        job.check()?;
+        let mut header = self.header.clone();
+        header.seed = job.seed;
+        header.set.extend(job.settings());
+        let mut options = header.options()?;
+        options.set = header.set.iter().map(|s| Override::parse(s)).collect::<Result<_>>()?;
+        let document = Arc::new(document::load(&header.scene, &self.registry, &options)?);
+        let world = {
+            let _one = setting_up();
+            World::new(document, self.registry.clone())?
+        };
+        let log = record.map(|file| Writer::create(file, &header)).transpose()?;
+        world.start();
+        let mut taken: Vec<(&String, Taken<'_>)> = Vec::new();
+        for (name, metric) in &job.metrics {
+            taken.push((name, Taken::of(name, metric, &world)?));
+        }
+        let steps = (job.seconds / world.dt()).round() as u64;
+        let mut running = true;
+        while world.steps() < steps && running {
+            running = world.step() && !world.stop_requested();
+            for (_, metric) in &mut taken {
+                metric.after_step(&world)?;
+            }
+            world.take_lines();
+        }
+        let metrics = taken.iter().map(|(name, m)| ((*name).clone(), m.value())).collect();
+        let (hash, done, time) = (world.hash().total, world.steps(), world.time());
+        let opened = world.files_opened();
+        let faults = world.faults().iter().map(|f| f.count).sum();
+        let one = setting_up();
+        drop(world);
+        drop(one);
+        if let Some(log) = log {
+            log.end(done, false, &opened, hash)?;
+        }
+        let set = job.set.clone();
+        Ok(Row { key: self.key(job), seed: job.seed, set, steps: done, time, metrics, hash: format!("{hash:016x}"), faults })
+    }
+
+    /// Ends the plugins, if nobody else uses them.
+    pub fn end(self) {
+        let _one = setting_up();
+        release(self.registry);
+    }
+}

@@ -1,0 +1,194 @@
+//! Sweep files: which jobs a sweep consists of.
+//!
+//! ```toml
+//! scene = "first/pioneer_avoids_walls.toml"
+//! seconds = 20
+//! seeds = { first = 0, count = 100 }      # or a list
+//! [grid]                                   # every combination
+//! "/Pioneer.mass_kg" = [8, 9, 10]
+//! [set]                                    # in all runs
+//! "scene.dt_s" = 0.05
+//! [metrics]
+//! way = { object = "/Pioneer", field = "position", index = 0, over = "way" }
+//! ```
+
+use std::{
+    collections::BTreeMap,
+    path::{Path, PathBuf},
+};
+
+use serde_json::Value;
+use tatu_core::errors::{Error, Result};
+use toml_edit::{DocumentMut, Item, TableLike};
+
+use super::{Job, Metric};
+
+/// Most jobs of one file.
+const MOST_JOBS: usize = 100_000_000;
+
+/// A sweep, as a file describes it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Plan {
+    /// The scene, a path from the folder of the file.
+    pub scene: PathBuf,
+    /// Seeds; each combination is run with each of them.
+    pub seeds: Vec<Option<u64>>,
+    /// Values of parameters, in order; each combination is run.
+    pub grid: Vec<(String, Vec<Value>)>,
+    /// What all jobs have in common.
+    pub common: Job,
+}
+
+impl Plan {
+    /// Reads a sweep from the text of a file, which lies in `folder`.
+    ///
+    /// # Errors
+    /// It is not TOML, has an unknown key, or a value of another type.
+    pub fn parse(file: &Path, text: &str) -> Result<Self> {
+        let wrong = |text: String| Error::new("E102", format!("{}: {text}", file.display()));
+        let doc: DocumentMut =
+            text.parse().map_err(|e: toml_edit::TomlError| wrong(e.message().to_owned()).expected("a TOML file"))?;
+        const KNOWN: [&str; 6] = ["scene", "seconds", "seeds", "grid", "set", "metrics"];
+        if let Some((key, _)) = doc.iter().find(|(k, _)| !KNOWN.contains(k)) {
+            let error = Error::new("E101", format!("{}: unknown key `{key}`", file.display()));
+            return Err(error.expected(KNOWN.join(", ")).nearest(key, KNOWN));
+        }
+        let folder = file.parent().unwrap_or(Path::new(""));
+        let scene = doc.get("scene").and_then(Item::as_str);
+        let scene = scene.ok_or_else(|| wrong("`scene` is missing".into()).expected("the scene file, as a text"))?;
+        let seconds = doc.get("seconds").and_then(|s| s.as_float().or(s.as_integer().map(|i| i as f64)));
+        let seconds = seconds.ok_or_else(|| wrong("`seconds` is missing".into()).expected("a number"))?;
+        let table = |key: &str| match doc.get(key) {
+            None => Ok(None),
+            Some(item) => match item.as_table_like() {
+                Some(table) => Ok(Some(table)),
+                None => Err(wrong(format!("`{key}` is not a table")).expected(format!("[{key}]"))),
+            },
+        };
+        let (mut grid, mut set, mut metrics) = (Vec::new(), BTreeMap::new(), BTreeMap::new());
+        for (key, item) in table("grid")?.into_iter().flat_map(TableLike::iter) {
+            match json(item) {
+                Some(Value::Array(values)) if !values.is_empty() => grid.push((key.to_owned(), values)),
+                _ => return Err(wrong(format!("the values of `{key}` are no list")).expected("a list of values")),
+            }
+        }
+        for (key, item) in table("set")?.into_iter().flat_map(TableLike::iter) {
+            let value = json(item).ok_or_else(|| wrong(format!("`{key}` has no value that a setting can have")))?;
+            set.insert(key.to_owned(), value);
+        }
+        for (key, item) in table("metrics")?.into_iter().flat_map(TableLike::iter) {
+            let metric = json(item).map(serde_json::from_value::<Metric>);
+            match metric {
+                Some(Ok(metric)) => drop(metrics.insert(key.to_owned(), metric)),
+                Some(Err(e)) => return Err(wrong(format!("the metric `{key}`: {e}"))),
+                None => return Err(wrong(format!("the metric `{key}` is no table"))),
+            }
+        }
+        let seeds = match doc.get("seeds") {
+            None => vec![None],
+            Some(item) => seeds(item).ok_or_else(|| {
+                wrong("`seeds` are wrong".into()).expected("a list of integers, or { first = 0, count = 100 }")
+            })?,
+        };
+        let common = Job { seed: None, set, seconds, metrics };
+        common.check().map_err(|e| wrong(e.text).expected("seconds, at least 0"))?;
+        let plan = Plan { scene: folder.join(scene), seeds, grid, common };
+        let count = plan.grid.iter().try_fold(plan.seeds.len(), |n, (_, values)| n.checked_mul(values.len()));
+        match count.filter(|n| *n <= MOST_JOBS) {
+            Some(_) => Ok(plan),
+            None => Err(wrong("too many combinations".into()).expected(format!("at most {MOST_JOBS}"))),
+        }
+    }
+
+    /// Number of jobs.
+    pub fn count(&self) -> usize {
+        self.grid.iter().fold(self.seeds.len(), |n, (_, values)| n * values.len())
+    }
+
+    /// Returns a job by its number: seeds change fastest, then the last parameter of the grid.
+    pub fn job(&self, number: usize) -> Job {
+        let mut job = self.common.clone();
+        job.seed = self.seeds[number % self.seeds.len()];
+        let mut rest = number / self.seeds.len();
+        for (key, values) in self.grid.iter().rev() {
+            job.set.insert(key.clone(), values[rest % values.len()].clone());
+            rest /= values.len();
+        }
+        job
+    }
+}
+
+fn seeds(item: &Item) -> Option<Vec<Option<u64>>> {
+    if let Some(list) = item.as_array() {
+        let all = list.iter().map(|v| v.as_integer().and_then(|i| u64::try_from(i).ok()).map(Some));
+        return all.collect::<Option<Vec<_>>>().filter(|all| !all.is_empty());
+    }
+    let table = item.as_table_like()?;
+    let number = |key: &str| table.get(key)?.as_integer().and_then(|i| u64::try_from(i).ok());
+    let (first, count) = (number("first")?, number("count")?);
+    let wanted = count > 0 && count <= MOST_JOBS as u64 && table.len() == 2;
+    wanted.then(|| (first..first.checked_add(count).unwrap_or(first)).map(Some).collect())
+}
+
+/// A value of TOML as JSON; `None` for what JSON does not have.
+fn json(item: &Item) -> Option<Value> {
+    match item {
+        Item::Value(v) => json_value(v),
+        _ => table_json(item.as_table_like()?),
+    }
+}
+
+fn table_json(table: &dyn TableLike) -> Option<Value> {
+    table.iter().map(|(k, v)| Some((k.to_owned(), json(v)?))).collect::<Option<serde_json::Map<_, _>>>().map(Value::Object)
+}
+
+fn json_value(value: &toml_edit::Value) -> Option<Value> {
+    use toml_edit::Value as Toml;
+    match value {
+        Toml::String(s) => Some(Value::from(s.value().as_str())),
+        Toml::Integer(i) => Some(Value::from(*i.value())),
+        Toml::Float(x) => serde_json::Number::from_f64(*x.value()).map(Value::Number),
+        Toml::Boolean(b) => Some(Value::from(*b.value())),
+        Toml::Datetime(_) => None,
+        Toml::Array(all) => all.iter().map(json_value).collect::<Option<Vec<_>>>().map(Value::Array),
+        Toml::InlineTable(table) => table_json(table),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_grid_is_every_combination() {
+        let text = "scene = 'a.toml'\nseconds = 2\nseeds = { first = 5, count = 2 }\n[grid]\n'/a.x' = [1, 2]\n'/a.y' = ['u', 'v', 'w']\n";
+        let plan = Plan::parse(Path::new("sweeps/s.toml"), text).unwrap();
+        assert_eq!((plan.count(), plan.scene.as_path()), (12, Path::new("sweeps/a.toml")));
+        let of = |n: usize| {
+            let job = plan.job(n);
+            (job.seed.unwrap(), job.set["/a.x"].to_string(), job.set["/a.y"].to_string())
+        };
+        assert_eq!(of(0), (5, "1".into(), "\"u\"".into()));
+        assert_eq!(of(1), (6, "1".into(), "\"u\"".into()));
+        assert_eq!(of(3), (6, "1".into(), "\"v\"".into()));
+        assert_eq!(of(11), (6, "2".into(), "\"w\"".into()));
+        let all: std::collections::BTreeSet<_> = (0..12).map(of).collect();
+        assert_eq!(all.len(), 12);
+    }
+
+    #[test]
+    fn wrong_files_say_what_was_expected() {
+        let error = |text: &str| Plan::parse(Path::new("s.toml"), text).unwrap_err().to_string();
+        for (text, part) in [
+            ("scene = 'a'\nseconds = 1\nseed = 3", "did you mean `seeds`?"),
+            ("seconds = 1", "`scene` is missing"),
+            ("scene = 'a'\nseconds = -1", "seconds, at least 0"),
+            ("scene = 'a'\nseconds = 1\nseeds = []", "a list of integers"),
+            ("scene = 'a'\nseconds = 1\n[grid]\nx = 3", "the values of `x` are no list"),
+            ("scene = 'a'\nseconds = 1\n[metrics]\nx = {object = '/a', field = 'b', over = 'maximum'}", "maximum"),
+            ("scene = ", "expected"),
+        ] {
+            assert!(error(text).contains(part), "{}", error(text));
+        }
+    }
+}

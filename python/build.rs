@@ -1,0 +1,109 @@
+//! Gathers what a wheel contains besides the module: the plugins, scenes, models and add-ons, and the declarations of
+//! commands for type checkers. Does nothing unless maturin builds a wheel.
+//!
+//! Cargo builds the plugins' libraries for programs, but gives a build script no access to those of the same build. So a
+//! cargo of its own builds them, in a target folder of its own. Where `TATU_WHEEL_PLUGINS` names a folder with a program
+//! and its plugins, these are taken instead: they may have been built for an older system.
+
+use std::{
+    env, fs, io,
+    path::{Path, PathBuf},
+    process::Command,
+};
+
+type Result<T = ()> = std::result::Result<T, Box<dyn std::error::Error>>;
+
+fn main() -> Result {
+    println!("cargo::rerun-if-env-changed=TATU_WHEEL_PLUGINS");
+    if env::var_os("CARGO_FEATURE_WHEEL").is_none() {
+        return Ok(());
+    }
+    let own = PathBuf::from(env::var("CARGO_MANIFEST_DIR")?);
+    let root = own.parent().ok_or("the package has no parent folder")?.to_owned();
+    for part in ["core", "plugin-api", "plugins", "cli", "scenes", "models", "addons", "Cargo.lock"] {
+        println!("cargo::rerun-if-changed={}", root.join(part).display());
+    }
+    let built = match env::var_os("TATU_WHEEL_PLUGINS") {
+        Some(folder) => PathBuf::from(folder),
+        None => build(&root)?,
+    };
+    let package = own.join("tatu_sim");
+    for folder in ["plugins", "lib", "scenes", "models", "addons"] {
+        let folder = package.join(folder);
+        if folder.is_dir() {
+            fs::remove_dir_all(&folder)?;
+        }
+    }
+    plugins(&root, &built, &package.join("plugins"))?;
+    for folder in ["scenes", "models", "addons"] {
+        copy_tree(&root.join(folder), &package.join(folder))?;
+    }
+    stubs(&built, &package)
+}
+
+/// Builds the program and its plugins; returns the folder of the program.
+fn build(root: &Path) -> Result<PathBuf> {
+    let target = root.join("target/wheel");
+    let mut command = Command::new(env::var("CARGO")?);
+    command.current_dir(root).args(["build", "--release", "-p", "tatu"]).arg("--target-dir").arg(&target);
+    // What the outer cargo tells its build scripts is not meant for this one.
+    for (name, _) in env::vars_os() {
+        let name = name.to_string_lossy().into_owned();
+        let is_for_script = ["CARGO_FEATURE_", "CARGO_CFG_", "CARGO_PKG_", "CARGO_MANIFEST_", "DEP_"];
+        let is_for_script = is_for_script.iter().any(|start| name.starts_with(start));
+        if is_for_script || ["TARGET", "OUT_DIR", "CARGO_ENCODED_RUSTFLAGS", "CARGO_BUILD_TARGET"].contains(&name.as_str()) {
+            command.env_remove(name);
+        }
+    }
+    match command.status()?.success() {
+        true => Ok(target.join("release")),
+        false => Err("the plugins could not be built; see the messages above".into()),
+    }
+}
+
+/// Copies the libraries of the plugins that belong to the program.
+fn plugins(root: &Path, built: &Path, to: &Path) -> Result {
+    let manifest = fs::read_to_string(root.join("Cargo.toml"))?;
+    let names = manifest.lines().filter_map(|line| {
+        let (name, rest) = line.split_once(" = { path = \"plugins/")?;
+        rest.contains('"').then(|| format!("libtatu_{}.so", name.strip_prefix("tatu-").unwrap_or(name).replace('-', "_")))
+    });
+    fs::create_dir_all(to)?;
+    for name in names {
+        let places = [built.join("deps").join(&name), built.join(&name)];
+        let from = places.iter().find(|p| p.is_file());
+        let from = from.ok_or_else(|| format!("{} has no {name}", built.display()))?;
+        fs::copy(from, to.join(&name))?;
+    }
+    Ok(())
+}
+
+/// Copies a folder of the repository, without what programs have left in it.
+fn copy_tree(from: &Path, to: &Path) -> io::Result<()> {
+    fs::create_dir_all(to)?;
+    for entry in fs::read_dir(from)? {
+        let path = entry?.path();
+        let Some(name) = path.file_name() else { continue };
+        let shown = name.to_string_lossy();
+        if shown.starts_with('.') || shown == "__pycache__" || shown.contains(".recovery") {
+            continue;
+        }
+        match path.is_dir() {
+            true => copy_tree(&path, &to.join(name))?,
+            false => drop(fs::copy(&path, to.join(name))?),
+        }
+    }
+    Ok(())
+}
+
+/// Writes the declarations of commands, for type checkers and editors.
+fn stubs(built: &Path, package: &Path) -> Result {
+    let program = built.join("tatu");
+    let out = Command::new(&program).args(["generate", "python"]).env("TATU_PLUGIN_PATH", package.join("plugins")).output();
+    let out = out.map_err(|e| format!("cannot start {}: {e}", program.display()))?;
+    if !out.status.success() {
+        return Err(format!("{} generate python: {}", program.display(), String::from_utf8_lossy(&out.stderr)).into());
+    }
+    fs::write(package.join("_commands.pyi"), out.stdout)?;
+    Ok(())
+}

@@ -1,0 +1,326 @@
+//! Many worlds.
+
+use std::sync::{Mutex, PoisonError};
+
+use numpy::{PyArray2, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2, PyUntypedArrayMethods};
+use pyo3::{exceptions::PyValueError, prelude::*, types::PyBytes};
+use tatu_core::{Channel, errors::Error as Wrong, state::Snapshot};
+use tatu_embed::{Seat, Setup};
+
+use crate::{
+    error, value,
+    world::{Arguments, tag_of_line},
+};
+
+/// What is kept of each world.
+#[derive(Default)]
+struct Kept {
+    observed: Vec<Channel>,
+    acted: Vec<Channel>,
+    /// Numbers of all observed channels.
+    numbers: Vec<f64>,
+    action: Vec<f64>,
+    /// Whether something has stopped it.
+    stopped: bool,
+    steps: u64,
+}
+
+/// Worlds that are stepped together. See `tatu_sim.Batch`, which users see.
+#[pyclass(module = "tatu_sim._native")]
+pub struct Batch {
+    inside: Mutex<Option<Inside>>,
+}
+
+struct Inside {
+    batch: tatu_embed::Batch,
+    kept: Vec<Kept>,
+    observed: Vec<(String, String)>,
+    acted: Vec<(String, String)>,
+}
+
+fn closed() -> PyErr {
+    PyValueError::new_err("the batch is closed")
+}
+
+impl Batch {
+    /// Does something with the batch, without the interpreter's lock.
+    fn with<T: Send>(
+        &self,
+        py: Python<'_>,
+        f: impl FnOnce(&mut Inside) -> tatu_core::errors::Result<T> + Send,
+    ) -> PyResult<T> {
+        py.detach(|| {
+            let mut inside = self.inside.lock().unwrap_or_else(PoisonError::into_inner);
+            inside.as_mut().map(f)
+        })
+        .ok_or_else(closed)?
+        .map_err(|e| error::of(&e))
+    }
+}
+
+/// Finds channels in a world.
+fn find(seat: &Seat, names: &[(String, String)]) -> tatu_core::errors::Result<Vec<Channel>> {
+    let world = seat.world()?;
+    let one = |(path, name): &(String, String)| world.channel(path, name).map_err(|r| error::refused(&r));
+    names.iter().map(one).collect()
+}
+
+fn size(channels: &[Channel]) -> usize {
+    channels.iter().map(|c| c.shape.iter().product::<usize>()).sum()
+}
+
+impl Kept {
+    fn bind(&mut self, seat: &Seat, observed: &[(String, String)], acted: &[(String, String)]) -> tatu_core::errors::Result {
+        (self.observed, self.acted) = (find(seat, observed)?, find(seat, acted)?);
+        self.numbers.resize(size(&self.observed), 0.0);
+        self.action.resize(size(&self.acted), 0.0);
+        self.observe(seat)
+    }
+
+    fn observe(&mut self, seat: &Seat) -> tatu_core::errors::Result {
+        let world = seat.world()?;
+        let mut rest = self.numbers.as_mut_slice();
+        for channel in &self.observed {
+            let part;
+            (part, rest) = rest.split_at_mut(channel.shape.iter().product());
+            world.read_channel(channel, part).map_err(|r| error::refused(&r))?;
+        }
+        Ok(())
+    }
+
+    fn act(&self, seat: &Seat) -> tatu_core::errors::Result {
+        let world = seat.world()?;
+        let mut rest = self.action.as_slice();
+        for channel in &self.acted {
+            let part;
+            (part, rest) = rest.split_at(channel.shape.iter().product());
+            world.write_channel(channel, part).map_err(|r| error::refused(&r))?;
+        }
+        Ok(())
+    }
+}
+
+#[pymethods]
+impl Batch {
+    #[new]
+    fn new(py: Python<'_>, setups: Vec<Arguments>, threads: usize) -> PyResult<Self> {
+        let setups: Vec<Setup> = setups.into_iter().map(Setup::from).collect();
+        let batch = py.detach(|| tatu_embed::Batch::open(setups, threads)).map_err(|e| error::of(&e))?;
+        let kept = (0..batch.count()).map(|_| Kept::default()).collect();
+        let inside = Inside { batch, kept, observed: Vec::new(), acted: Vec::new() };
+        Ok(Batch { inside: Mutex::new(Some(inside)) })
+    }
+
+    /// Chooses what is observed and what actions set: pairs of path and name. Returns the shapes of both.
+    #[allow(clippy::type_complexity, reason = "shapes of two lists")]
+    fn bind(
+        &self,
+        py: Python<'_>,
+        observed: Vec<(String, String)>,
+        acted: Vec<(String, String)>,
+    ) -> PyResult<(Vec<Vec<usize>>, Vec<Vec<usize>>)> {
+        self.with(py, |inside| {
+            inside.batch.each(&mut inside.kept, |_, seat, kept| kept.bind(seat, &observed, &acted))?;
+            let first = &inside.kept[0];
+            let shapes = |channels: &[Channel]| channels.iter().map(|c| c.shape.clone()).collect::<Vec<_>>();
+            let both = (shapes(&first.observed), shapes(&first.acted));
+            let differs = |k: &Kept| (shapes(&k.observed), shapes(&k.acted)) != both;
+            if let Some(n) = inside.kept.iter().position(differs) {
+                let text = format!("world {n} has other numbers of observations or actions than world 0");
+                return Err(Wrong::new("E102", text).expected("the same in all worlds of a batch"));
+            }
+            (inside.observed, inside.acted) = (observed, acted);
+            Ok(both)
+        })
+    }
+
+    /// Sets actions, if there are any, does `n` steps in each chosen world, and writes observations of all.
+    ///
+    /// Returns for each world whether it still runs.
+    fn step(
+        &self,
+        py: Python<'_>,
+        actions: Option<PyReadonlyArray2<'_, f64>>,
+        n: u64,
+        chosen: Option<PyReadonlyArray1<'_, bool>>,
+        out: &Bound<'_, PyArray2<f64>>,
+    ) -> PyResult<Vec<bool>> {
+        let actions: Option<Vec<f64>> = actions.map(|a| a.as_array().iter().copied().collect());
+        let chosen: Option<Vec<bool>> = chosen.map(|c| c.as_array().iter().copied().collect());
+        let running = self.with(py, |inside| {
+            if let Some(actions) = &actions {
+                let wanted: usize = inside.kept.iter().map(|k| k.action.len()).sum();
+                if actions.len() != wanted {
+                    let text = format!("{} numbers of actions were given", actions.len());
+                    return Err(Wrong::new("E102", text).expected(format!("{wanted}, for all worlds")));
+                }
+                let mut rest = actions.as_slice();
+                for kept in &mut inside.kept {
+                    let part;
+                    (part, rest) = rest.split_at(kept.action.len());
+                    kept.action.copy_from_slice(part);
+                }
+            }
+            let is_chosen = |n: usize| chosen.as_ref().is_none_or(|c| c.get(n).copied().unwrap_or(false));
+            inside.batch.each(&mut inside.kept, |world, seat, kept| {
+                if !is_chosen(world) {
+                    return Ok(());
+                }
+                if actions.is_some() {
+                    kept.act(seat)?;
+                }
+                let stepped = seat.step(n)?;
+                kept.steps += stepped.steps;
+                kept.stopped = !stepped.running;
+                kept.observe(seat)
+            })?;
+            Ok(inside.kept.iter().map(|k| !k.stopped).collect::<Vec<bool>>())
+        })?;
+        self.observe(py, out)?;
+        Ok(running)
+    }
+
+    /// Writes the last observations of all worlds.
+    fn observe(&self, py: Python<'_>, out: &Bound<'_, PyArray2<f64>>) -> PyResult<()> {
+        let _ = py;
+        let mut inside = self.inside.lock().unwrap_or_else(PoisonError::into_inner);
+        let inside = inside.as_mut().ok_or_else(closed)?;
+        let (worlds, each) = (inside.kept.len(), inside.kept[0].numbers.len());
+        if out.shape() != [worlds, each] {
+            return Err(PyValueError::new_err(format!("an array of {worlds} x {each} numbers is expected")));
+        }
+        let mut out = out.try_readwrite()?;
+        let out = out.as_slice_mut()?;
+        for (row, kept) in out.chunks_mut(each.max(1)).zip(&inside.kept) {
+            row.copy_from_slice(&kept.numbers);
+        }
+        Ok(())
+    }
+
+    /// Makes worlds anew: numbers of worlds, a seed and changes for each.
+    fn reset(
+        &self,
+        py: Python<'_>,
+        worlds: Vec<usize>,
+        seeds: Vec<Option<u64>>,
+        sets: Vec<Option<Vec<String>>>,
+    ) -> PyResult<()> {
+        self.with(py, |inside| {
+            let count = inside.batch.count();
+            let mut wanted: Vec<Option<(Option<u64>, Option<Vec<String>>)>> = vec![None; count];
+            for ((world, seed), set) in worlds.into_iter().zip(seeds).zip(sets) {
+                let place = wanted.get_mut(world).ok_or_else(|| {
+                    let e = Wrong::new("E102", format!("there is no world {world}"));
+                    e.expected(format!("a number from 0 to {}", count - 1))
+                })?;
+                *place = Some((seed, set));
+            }
+            let Inside { batch, kept, observed, acted } = inside;
+            batch.each(kept, |world, seat, kept| {
+                let Some((seed, set)) = &wanted[world] else { return Ok(()) };
+                seat.reset(*seed, set.clone())?;
+                (kept.stopped, kept.steps) = (false, 0);
+                kept.bind(seat, observed, acted)
+            })
+        })
+    }
+
+    /// A property of an object in each world.
+    fn get<'py>(&self, py: Python<'py>, path: &str, key: &str) -> PyResult<Vec<Bound<'py, PyAny>>> {
+        let all = self.with(py, |inside| {
+            let mut all = vec![None; inside.batch.count()];
+            inside.batch.each(&mut all, |_, seat, out| {
+                *out = Some(seat.world()?.get(path, key).map_err(|r| error::refused(&r))?);
+                Ok(())
+            })?;
+            Ok(all)
+        })?;
+        all.iter().flatten().map(|v| value::to_python(py, v)).collect()
+    }
+
+    /// Sets a property of an object in each world.
+    fn set(&self, py: Python<'_>, path: &str, key: &str, values: Vec<Bound<'_, PyAny>>) -> PyResult<()> {
+        let values = values.iter().map(value::from_python).collect::<PyResult<Vec<_>>>()?;
+        self.with(py, |inside| {
+            if values.len() != inside.batch.count() {
+                let text = format!("{} values were given for {} worlds", values.len(), inside.batch.count());
+                return Err(Wrong::new("E102", text).expected("one for each world"));
+            }
+            let mut none = vec![(); inside.batch.count()];
+            inside.batch.each(&mut none, |world, seat, ()| {
+                seat.world()?.set(path, key, &values[world]).map_err(|r| error::refused(&r))
+            })
+        })
+    }
+
+    /// The state of a world.
+    fn snapshot<'py>(&self, py: Python<'py>, world: usize) -> PyResult<Bound<'py, PyBytes>> {
+        let bytes = self.with(py, |inside| inside.batch.one(world, |seat| seat.snapshot()?.to_bytes()))?;
+        Ok(PyBytes::new(py, &bytes))
+    }
+
+    /// Brings worlds into a state.
+    fn restore(&self, py: Python<'_>, worlds: Vec<usize>, bytes: &[u8]) -> PyResult<()> {
+        let snapshot = Snapshot::from_bytes(bytes).map_err(|e| error::of(&e))?;
+        self.with(py, |inside| {
+            let Inside { batch, kept, observed, acted } = inside;
+            batch.each(kept, |world, seat, kept| {
+                if !worlds.contains(&world) {
+                    return Ok(());
+                }
+                seat.restore(&snapshot)?;
+                kept.stopped = false;
+                kept.bind(seat, observed, acted)
+            })
+        })
+    }
+
+    /// The hash of each world.
+    fn hashes(&self, py: Python<'_>) -> PyResult<Vec<u64>> {
+        self.with(py, |inside| {
+            let mut all = vec![0; inside.batch.count()];
+            inside.batch.each(&mut all, |_, seat, out| {
+                *out = seat.world()?.hash().total;
+                Ok(())
+            })?;
+            Ok(all)
+        })
+    }
+
+    /// Time in each world, s.
+    fn times(&self, py: Python<'_>) -> PyResult<Vec<f64>> {
+        self.with(py, |inside| {
+            let mut all = vec![0.0; inside.batch.count()];
+            inside.batch.each(&mut all, |_, seat, out| {
+                *out = seat.world()?.time();
+                Ok(())
+            })?;
+            Ok(all)
+        })
+    }
+
+    /// Length of a step, s.
+    fn dt(&self, py: Python<'_>) -> PyResult<f64> {
+        self.with(py, |inside| inside.batch.one(0, |seat| Ok(seat.world()?.dt())))
+    }
+
+    /// What has been logged since the last call: world, level, code and text.
+    #[allow(clippy::type_complexity, reason = "tuples of Python")]
+    fn lines(&self, py: Python<'_>) -> PyResult<Vec<(usize, &'static str, Option<&'static str>, String)>> {
+        let all = self.with(py, |inside| {
+            let mut all = vec![Vec::new(); inside.batch.count()];
+            inside.batch.each(&mut all, |_, seat, out| {
+                *out = seat.world()?.take_lines();
+                Ok(())
+            })?;
+            Ok(all)
+        })?;
+        let all = all.into_iter().enumerate().flat_map(|(world, lines)| lines.into_iter().map(move |l| (world, l)));
+        Ok(all.filter_map(|(world, l)| Some((world, tag_of_line(l.level)?, l.code, l.text))).collect())
+    }
+
+    /// Ends all worlds.
+    fn close(&self, py: Python<'_>) {
+        py.detach(|| drop(self.inside.lock().unwrap_or_else(PoisonError::into_inner).take()));
+    }
+}

@@ -1,0 +1,47 @@
+//! Errors of the simulator as exceptions.
+
+use pyo3::{create_exception, exceptions::PyException, prelude::*};
+use tatu_core::errors::{Error as Wrong, Fault, Refusal};
+
+create_exception!(
+    tatu_sim,
+    Error,
+    PyException,
+    "An error of the simulator. `code` is documented in the reference of errors; `text` is what went wrong, `help` how to \
+     correct it, `file` and `line` where it is; each may be None."
+);
+
+fn with(message: String, code: &str, text: &str, help: Option<&str>, place: Option<(String, usize)>) -> PyErr {
+    Python::attach(|py| {
+        let e = Error::new_err(message);
+        let value = e.value(py);
+        let (file, line) = place.unzip();
+        let set = value
+            .setattr("code", code)
+            .and_then(|()| value.setattr("text", text))
+            .and_then(|()| value.setattr("help", help))
+            .and_then(|()| value.setattr("file", file))
+            .and_then(|()| value.setattr("line", line.filter(|l| *l > 0)));
+        set.err().unwrap_or(e)
+    })
+}
+
+/// An error that kept something from starting.
+pub fn of(e: &Wrong) -> PyErr {
+    let place = e.place.as_ref().map(|p| (p.file.display().to_string(), p.line));
+    with(e.to_string(), e.code, &e.text, e.help.as_deref(), place)
+}
+
+/// A property that could not be read or set.
+pub fn refused(r: &Refusal) -> Wrong {
+    Wrong::new(tatu_core::errors::FaultKind::of(r.0).code(), r.1.clone())
+}
+
+/// A fault of a command.
+pub fn fault(f: &Fault) -> Wrong {
+    let mut text = f.message.clone();
+    if let Some(traceback) = &f.traceback {
+        text = format!("{text}\n{traceback}");
+    }
+    Wrong { help: f.help.clone(), ..Wrong::new(f.code, text) }
+}

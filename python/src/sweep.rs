@@ -1,0 +1,65 @@
+//! Many runs of one scene.
+
+use std::{
+    path::PathBuf,
+    sync::{Mutex, PoisonError},
+};
+
+use pyo3::{exceptions::PyValueError, prelude::*};
+use tatu_embed::sweep::{Job, Sweep as Inner};
+
+use crate::{error, world::Arguments};
+
+/// Returns a scene with all its files as text.
+#[pyfunction]
+pub fn bundle(py: Python<'_>, setup: Arguments) -> PyResult<String> {
+    let setup = setup.into();
+    py.detach(|| Inner::bundle(&setup)).map_err(|e| error::of(&e))
+}
+
+/// A scene that is run many times.
+#[pyclass(module = "tatu_sim._native")]
+pub struct Sweep {
+    inner: Mutex<Option<std::sync::Arc<Inner>>>,
+}
+
+impl Sweep {
+    fn inner(&self) -> PyResult<std::sync::Arc<Inner>> {
+        let inner = self.inner.lock().unwrap_or_else(PoisonError::into_inner);
+        inner.clone().ok_or_else(|| PyValueError::new_err("the sweep is closed"))
+    }
+}
+
+#[pymethods]
+impl Sweep {
+    #[new]
+    fn new(py: Python<'_>, bundle: &str) -> PyResult<Self> {
+        let inner = py.detach(|| Inner::open(bundle)).map_err(|e| error::of(&e))?;
+        Ok(Sweep { inner: Mutex::new(Some(std::sync::Arc::new(inner))) })
+    }
+
+    /// The key of a job, which is JSON.
+    fn key(&self, job: &str) -> PyResult<String> {
+        let job = Job::parse(job).map_err(|e| error::of(&e))?;
+        Ok(self.inner()?.key(&job))
+    }
+
+    /// Runs a job, which is JSON; its row, as JSON.
+    #[pyo3(signature = (job, record=None))]
+    fn run(&self, py: Python<'_>, job: &str, record: Option<PathBuf>) -> PyResult<String> {
+        let job = Job::parse(job).map_err(|e| error::of(&e))?;
+        let inner = self.inner()?;
+        let row = py.detach(|| inner.run(&job, record.as_deref())).map_err(|e| error::of(&e))?;
+        serde_json::to_string(&row).map_err(|e| PyValueError::new_err(e.to_string()))
+    }
+
+    /// Ends the plugins, once no job runs.
+    fn close(&self, py: Python<'_>) {
+        let inner = self.inner.lock().unwrap_or_else(PoisonError::into_inner).take();
+        py.detach(|| {
+            if let Some(inner) = inner.and_then(std::sync::Arc::into_inner) {
+                inner.end();
+            }
+        });
+    }
+}

@@ -1,0 +1,18 @@
+"""The command line: `python -m tatu_sim run scene.toml`, or `tatu run scene.toml`."""
+
+import sys
+
+from . import _native
+
+
+def main() -> int:
+    if sys.argv[1:2] == ["doctor"]:
+        from ._doctor import doctor
+
+        return doctor(sys.argv[2:])
+    # Ctrl-C is handled by the command line; Python's own handler would only run after its end.
+    return _native.main(["tatu", *sys.argv[1:]], [sys.executable, "-m", "tatu_sim"])
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,228 @@
+"""Many worlds, stepped together on all cores."""
+
+import os
+from typing import Any, Dict, List, Mapping, Optional, Sequence, Tuple
+
+import numpy as np
+
+from . import _native
+from ._log import tell
+from ._settings import settings
+from ._world import PathLike, setup
+
+#: What is observed or set: the path of an object, and the name of a property or of a field of readings.
+Name = Tuple[str, str]
+
+
+class Batch:
+    """`n` worlds of one scene, stepped together by one call. Their results do not depend on the number of threads.
+
+    Args:
+        scene, text, folder, scripts, allow, plugins, files: As for `World`.
+        n: Number of worlds.
+        seeds: One seed for each world; by default the scene's own seed plus the number of the world.
+        set: Changes to the scene, as for `World`. A list or array of `n` values gives each world its own; a value for
+            all worlds that is a list itself has to be given `n` times.
+        threads: Number of threads; by default as many as there are cores.
+        observe: What `step` returns: pairs of path and name, `[("/Robot", "position"), ("/Robot/laser",
+            "range_scan.ranges")]`.
+        act: What the actions of `step` set: `[("/Robot/leftMotor", "joint.target_velocity")]`.
+        quiet: Do not pass on what scripts print and log.
+    """
+
+    def __init__(
+        self,
+        scene: Optional[PathLike] = None,
+        n: int = 1,
+        *,
+        text: Optional[str] = None,
+        folder: PathLike = ".",
+        seeds: Optional[Sequence[int]] = None,
+        set: Optional[Mapping[str, Any]] = None,
+        scripts: Optional[Mapping[str, PathLike]] = None,
+        allow: Sequence[str] = (),
+        plugins: Sequence[PathLike] = (),
+        files: Optional[PathLike] = None,
+        threads: Optional[int] = None,
+        observe: Sequence[Name] = (),
+        act: Sequence[Name] = (),
+        quiet: bool = False,
+    ):
+        if n < 1:
+            raise ValueError(f"a batch of {n} worlds; expected at least 1")
+        if seeds is not None and len(seeds) != n:
+            raise ValueError(f"{len(seeds)} seeds were given for {n} worlds")
+        changes = spread(set, n)
+        arguments = []
+        for world in range(n):
+            seed = None if seeds is None else int(seeds[world])
+            one = setup(scene, text, folder, seed, changes[world], scripts, allow, (), plugins, 1, files)
+            arguments.append(one)
+        self.n = n
+        self.quiet = quiet
+        self._native = _native.Batch(arguments, threads or cores())
+        self._shapes: Tuple[List[List[int]], List[List[int]]] = ([], [])
+        self.running = np.ones(n, dtype=bool)
+        self.bind(observe, act)
+
+    def bind(self, observe: Sequence[Name], act: Sequence[Name] = ()) -> None:
+        """Choose what `step` returns and what its actions set."""
+        pairs = [(str(path), str(name)) for path, name in observe], [(str(path), str(name)) for path, name in act]
+        self._shapes = self._native.bind(*pairs)
+        self.observe_size, self.act_size = (sum(int(np.prod(s, dtype=int)) for s in shapes) for shapes in self._shapes)
+        self._out = np.empty((self.n, self.observe_size))
+        self._native.observe(self._out)
+        self._flush()
+
+    @property
+    def shapes(self) -> Tuple[List[Tuple[int, ...]], List[Tuple[int, ...]]]:
+        """Shapes of what is observed and of what actions set, in the order given to `bind`."""
+        return [tuple(s) for s in self._shapes[0]], [tuple(s) for s in self._shapes[1]]
+
+    def step(
+        self, actions: Optional[Any] = None, n: int = 1, *, worlds: Optional[np.ndarray] = None
+    ) -> np.ndarray:
+        """Set the actions, do `n` steps in each world, and return the observations: an array of `self.n` rows.
+
+        Args:
+            actions: `self.n` rows of numbers, in the order of `act`; None: the last ones stay.
+            n: Number of steps.
+            worlds: A mask of the worlds that are stepped; by default all. Observations of the others are those of
+                their last step.
+
+        Returns:
+            A new array of `self.n` rows, in the order of `observe`. `self.running` tells which worlds still run.
+        """
+        if actions is not None:
+            actions = np.ascontiguousarray(actions, dtype=np.float64).reshape(self.n, self.act_size)
+        if worlds is not None:
+            worlds = np.ascontiguousarray(worlds, dtype=bool)
+            if worlds.shape != (self.n,):
+                raise ValueError(f"a mask of {self.n} worlds is expected, not an array of shape {worlds.shape}")
+        self.running = np.array(self._native.step(actions, n, worlds, self._out))
+        self._flush()
+        return self._out.copy()
+
+    @property
+    def observations(self) -> np.ndarray:
+        """Observations after the last step or reset, a copy."""
+        return self._out.copy()
+
+    def reset(
+        self,
+        worlds: Optional[Sequence[int]] = None,
+        *,
+        seeds: Optional[Sequence[Optional[int]]] = None,
+        sets: Optional[Sequence[Optional[Mapping[str, Any]]]] = None,
+    ) -> np.ndarray:
+        """Begin anew in the worlds with these numbers, by default in all. Returns the observations of all worlds.
+
+        Args:
+            worlds: Numbers of worlds, or a mask.
+            seeds: A new seed for each of them; None keeps its own.
+            sets: Changes to the scene for each of them, instead of its own; None keeps its own.
+        """
+        chosen = list(range(self.n)) if worlds is None else numbers(worlds, self.n)
+        for name, values in (("seeds", seeds), ("sets", sets)):
+            if values is not None and len(values) != len(chosen):
+                raise ValueError(f"{len(values)} {name} were given for {len(chosen)} worlds")
+        seeds_of = [None] * len(chosen) if seeds is None else [None if s is None else int(s) for s in seeds]
+        sets_of = [None] * len(chosen) if sets is None else [None if s is None else settings(s) for s in sets]
+        self._native.reset(chosen, seeds_of, sets_of)
+        self.running[chosen] = True
+        self._native.observe(self._out)
+        self._flush()
+        return self._out.copy()
+
+    def get(self, path: str, key: str) -> np.ndarray:
+        """A property of an object in each world, one row each."""
+        return np.array(self._native.get(path, key))
+
+    def set(self, path: str, key: str, values: Sequence[Any]) -> None:
+        """Set a property of an object in each world: one value for each."""
+        self._native.set(path, key, list(values))
+
+    def fork(self, world: int, into: Optional[Sequence[int]] = None) -> None:
+        """Bring other worlds, by default all, into the state of one. Its seed and changes must be theirs, too."""
+        others = range(self.n) if into is None else numbers(into, self.n)
+        state = self._native.snapshot(world)
+        self._native.restore([other for other in others if other != world], state)
+        self.running[list(others)] = True
+        self._native.observe(self._out)
+
+    def snapshot(self, world: int) -> bytes:
+        """The state of one world, for `restore`."""
+        return self._native.snapshot(world)
+
+    def restore(self, worlds: Sequence[int], snapshot: bytes) -> None:
+        """Bring worlds into a state of this scene."""
+        chosen = numbers(worlds, self.n)
+        self._native.restore(chosen, snapshot)
+        self.running[chosen] = True
+        self._native.observe(self._out)
+
+    def hash(self) -> List[int]:
+        """Hash of the state of each world."""
+        return self._native.hashes()
+
+    @property
+    def times(self) -> np.ndarray:
+        """Simulation time of each world, s."""
+        return np.array(self._native.times())
+
+    @property
+    def dt(self) -> float:
+        """Length of a step, s."""
+        return self._native.dt()
+
+    def close(self) -> None:
+        """End all worlds."""
+        self._native.close()
+
+    def __len__(self) -> int:
+        return self.n
+
+    def __enter__(self) -> "Batch":
+        return self
+
+    def __exit__(self, *_: Any) -> None:
+        self.close()
+
+    def _flush(self) -> None:
+        for world, level, code, text in self._native.lines():
+            if not self.quiet:
+                tell(level, code, text, f"world {world}: ")
+
+
+def cores() -> int:
+    """Number of cores that this process may use."""
+    try:
+        return len(os.sched_getaffinity(0))
+    except AttributeError:
+        return os.cpu_count() or 1
+
+
+def numbers(worlds: Any, n: int) -> List[int]:
+    """Numbers of worlds, given as numbers or as a mask."""
+    array = np.asarray(worlds)
+    if array.dtype == bool:
+        if array.shape != (n,):
+            raise ValueError(f"a mask of {n} worlds is expected, not an array of shape {array.shape}")
+        return [int(w) for w in np.flatnonzero(array)]
+    chosen = [int(w) for w in array.reshape(-1)]
+    for world in chosen:
+        if not 0 <= world < n:
+            raise IndexError(f"there is no world {world}; expected a number from 0 to {n - 1}")
+    return chosen
+
+
+def spread(changes: Optional[Mapping[str, Any]], n: int) -> List[Dict[str, Any]]:
+    """Changes for each of `n` worlds."""
+    out: List[Dict[str, Any]] = [{} for _ in range(n)]
+    for key, value in (changes or {}).items():
+        each = isinstance(value, (list, tuple, np.ndarray)) and len(value) == n
+        if isinstance(value, (list, tuple, np.ndarray)) and not each:
+            raise ValueError(f"`{key}` has {len(value)} values for {n} worlds; expected one for each, or one for all")
+        for world in range(n):
+            out[world][key] = value[world] if each else value
+    return out

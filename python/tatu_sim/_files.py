@@ -1,0 +1,27 @@
+"""Files that come with the package."""
+
+from pathlib import Path
+from typing import List
+
+from . import _native
+
+#: The folder of the package.
+HERE = Path(__file__).resolve().parent
+
+_SUFFIXES = (".toml", ".ttt", ".urdf")
+
+
+def scenes() -> List[str]:
+    """Names of the scenes that come with the package; `World` takes them as they are."""
+    found = set()
+    for folder in map(Path, _native.folders("scenes")):
+        found.update(
+            path.relative_to(folder).as_posix() for path in folder.rglob("*") if path.suffix in _SUFFIXES and path.is_file()
+        )
+    return sorted(found)
+
+
+def models() -> List[str]:
+    """Names of the models that come with the package; `model = NAME` in a scene places them."""
+    folders = [Path(folder) for folder in _native.folders("models")]
+    return sorted({path.name for folder in folders for path in folder.iterdir() if (path / "model.toml").is_file()})

@@ -1,0 +1,26 @@
+"""Films of runs in notebooks."""
+
+import html
+from pathlib import Path
+
+
+class Film:
+    """A page that plays a run. In a notebook it is shown; elsewhere, `save` writes it."""
+
+    def __init__(self, file: Path, width: int, height: int):
+        self.page = file.read_text(encoding="utf-8")
+        self.width, self.height = width, height
+
+    def save(self, file) -> None:
+        """Write the page, which any browser plays from the disk."""
+        Path(file).write_text(self.page, encoding="utf-8")
+
+    def _repr_html_(self) -> str:
+        page = html.escape(self.page, quote=True)
+        return (
+            f'<iframe srcdoc="{page}" width="{self.width}" height="{self.height}" style="border: 0" '
+            'sandbox="allow-scripts" title="Film of the run"></iframe>'
+        )
+
+    def __repr__(self) -> str:
+        return f"<Film of {len(self.page) // 1024} KiB; `save(FILE)` writes it>"

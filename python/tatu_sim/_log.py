@@ -1,0 +1,17 @@
+"""What worlds print and log."""
+
+import logging
+import sys
+
+logger = logging.getLogger("tatu_sim")
+
+_LEVELS = {"error": logging.ERROR, "warning": logging.WARNING, "debug": logging.DEBUG}
+
+
+def tell(level, code, text, prefix=""):
+    """Passes a line on: what scripts print to `sys.stdout`, warnings and errors to the logger `tatu_sim`."""
+    if level == "print":
+        # `sys.stdout` is looked up anew, because notebooks and tests replace it.
+        print(prefix + text, file=sys.stdout)
+    else:
+        logger.log(_LEVELS[level], "%s%s%s", prefix, f"[{code}] " if code else "", text)

@@ -1,0 +1,29 @@
+"""Changes to a scene, as the command line's `--set` takes them."""
+
+import json
+from typing import Any, List, Mapping, Optional
+
+
+def toml(value: Any) -> str:
+    """A value as TOML."""
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if isinstance(value, str):
+        return json.dumps(value, ensure_ascii=False)
+    if isinstance(value, Mapping):
+        return "{" + ", ".join(f"{json.dumps(str(k))} = {toml(v)}" for k, v in value.items()) + "}"
+    if hasattr(value, "tolist"):
+        return toml(value.tolist())
+    if isinstance(value, (list, tuple)):
+        return "[" + ", ".join(toml(v) for v in value) + "]"
+    if isinstance(value, int):
+        return str(int(value))
+    if isinstance(value, float):
+        # `repr` gives back the same number; TOML writes these as words, too.
+        return repr(float(value))
+    raise TypeError(f"a {type(value).__name__} cannot be written as TOML; expected a number, text, bool, list or dict")
+
+
+def settings(changes: Optional[Mapping[str, Any]]) -> List[str]:
+    """A dict of changes, such as `{"/Robot.mass_kg": 2.0}`, as settings."""
+    return [f"{key}={toml(value)}" for key, value in (changes or {}).items()]

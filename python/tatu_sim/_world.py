@@ -1,0 +1,441 @@
+"""A world: a scene that runs."""
+
+import os
+import sys
+import tempfile
+import time
+from pathlib import Path
+from typing import Any, Dict, List, Mapping, NamedTuple, Optional, Sequence, Tuple, Union
+
+import numpy as np
+
+from . import _native
+from ._commands import Namespaces, commands_of
+from ._log import logger, tell
+from ._settings import settings
+
+PathLike = Union[str, "os.PathLike[str]"]
+
+
+class Fault(NamedTuple):
+    """An error during a run, of a script or a plugin. `str()` is one line."""
+
+    code: str
+    text: str
+    help: Optional[str]
+    plugin: Optional[str]
+    script: Optional[str]
+    object: Optional[str]
+    file: Optional[str]
+    line: Optional[int]
+    traceback: Optional[str]
+    count: int
+
+    def __str__(self) -> str:
+        place = f" ({self.file}:{self.line})" if self.file and self.line else ""
+        where = f" {self.object}:" if self.object else ""
+        often = f" [{self.count} times]" if self.count > 1 else ""
+        return f"[{self.code}]{where} {self.text}{place}{often}"
+
+
+class Reading(Mapping[str, Any]):
+    """What a sensor measured last: a mapping from names of fields, such as `range_scan.ranges`, to arrays.
+
+    A field is an attribute, too, if its last word is unique: `reading.ranges`. The arrays are copies.
+    """
+
+    def __init__(self, raw: Dict[str, Any]):
+        self.path: str = raw["path"]
+        self.kind: str = raw["kind"]
+        #: Simulation time of the measurement, s.
+        self.time: float = raw["time"]
+        #: How often the sensor has measured; 0: not yet.
+        self.sequence: int = raw["sequence"]
+        self.fields: Dict[str, Any] = raw["fields"]
+
+    def __getitem__(self, name: str) -> Any:
+        return self.fields[name]
+
+    def __iter__(self):
+        return iter(self.fields)
+
+    def __len__(self) -> int:
+        return len(self.fields)
+
+    def __getattr__(self, name: str) -> Any:
+        found = [key for key in self.__dict__.get("fields", ()) if key.rpartition(".")[2] == name]
+        if len(found) == 1:
+            return self.fields[found[0]]
+        raise AttributeError(f"the reading has no field {name!r}; it has {', '.join(self.__dict__.get('fields', ()))}")
+
+    def __repr__(self) -> str:
+        return f"<Reading of {self.path} ({self.kind}) at {self.time:g} s: {', '.join(self.fields)}>"
+
+
+class Object:
+    """An object of a world, by its path. Its properties are items: `robot["position"]`, `joint["joint.target_velocity"]`."""
+
+    __slots__ = ("world", "path")
+
+    def __init__(self, world: "World", path: str):
+        self.world = world
+        self.path = path
+
+    def __getitem__(self, key: str) -> Any:
+        return self.world.get(self.path, key)
+
+    def __setitem__(self, key: str, value: Any) -> None:
+        self.world.set(self.path, key, value)
+
+    @property
+    def position(self) -> np.ndarray:
+        """x, y, z in the world frame, m."""
+        return self["position"]
+
+    @position.setter
+    def position(self, value: Any) -> None:
+        self["position"] = value
+
+    @property
+    def reading(self) -> Reading:
+        """The last reading, if this is a sensor."""
+        return self.world.reading(self.path)
+
+    def __repr__(self) -> str:
+        return f"<Object {self.path}>"
+
+
+class World(Namespaces):
+    """A scene that runs. Its time is 0 after it was made, and each step takes `dt` seconds of simulated time.
+
+    A world may be used from any thread; calls from several threads take turns. It has a thread of its own, so worlds
+    that are stepped by several threads of Python run at the same time.
+
+    Commands of plugins are methods of their name space: `world.sim.getObjectPosition(handle)`.
+
+    Args:
+        scene: A scene file (`.toml`, `.ttt`, `.urdf`), or the name of a scene that comes with the package.
+        text: The text of a scene file, instead of `scene`.
+        folder: The folder from which the paths in `text` start; the working folder by default.
+        seed: Seed of all random numbers; the scene's own by default.
+        set: Changes to the scene: `{"/Robot/leftMotor.max_force_nm": 2.0, "scene.dt_s": 0.01}`.
+        scripts: Scripts that replace those of objects: `{"/Robot": "my_controller.lua"}`.
+        allow: What scripts may use of the outside: `"exec"`, `"native"`, `"net=HOST:PORT"`; `"plugins"`: plugins that
+            the scene names.
+        services: Services that are started: `"page:port=8080"`.
+        plugins: Libraries of plugins, or folders with such.
+        threads: Threads of this world. Results do not depend on it.
+        files: The folder in which scripts open files; the working folder by default.
+        strict: Raise `Error` from `step` as soon as a script or plugin fails. Otherwise errors are logged, and listed
+            in `faults`.
+        film: Record the run for `show`.
+
+    Raises:
+        Error: The scene or a change is invalid.
+    """
+
+    def __init__(
+        self,
+        scene: Optional[PathLike] = None,
+        *,
+        text: Optional[str] = None,
+        folder: PathLike = ".",
+        seed: Optional[int] = None,
+        set: Optional[Mapping[str, Any]] = None,
+        scripts: Optional[Mapping[str, PathLike]] = None,
+        allow: Sequence[str] = (),
+        services: Sequence[str] = (),
+        plugins: Sequence[PathLike] = (),
+        threads: int = 1,
+        files: Optional[PathLike] = None,
+        strict: bool = False,
+        film: bool = False,
+    ):
+        services = list(services)
+        self._film: Optional[tempfile.TemporaryDirectory] = None
+        if film:
+            self._film = tempfile.TemporaryDirectory(prefix="tatu-film-")
+            services.append(f"film:page={Path(self._film.name) / 'film.html'}")
+        arguments = setup(scene, text, folder, seed, set, scripts, allow, services, plugins, threads, files)
+        self._begin(_native.World(arguments), strict)
+        for warning in self._native.warnings():
+            logger.warning("%s", warning)
+
+    def _begin(self, native: "_native.World", strict: bool) -> None:
+        self._native = native
+        self._strict = strict
+        self._views: List[Tuple[Any, np.ndarray]] = []
+        self._flush()
+
+    def _flush(self) -> None:
+        for line in self._native.lines():
+            tell(*line)
+
+    # ------------------------------------------------------------------------------------------------------ the run
+
+    def step(self, n: int = 1) -> int:
+        """Do `n` steps, fewer if the world is stopped by a script. Returns how many were done.
+
+        Other threads of Python run meanwhile, and Ctrl-C is heard.
+        """
+        done, self.running, lines = self._native.step(n)
+        if lines:
+            self._told(lines)
+        if self._views:
+            self._update()
+        return done
+
+    #: Whether nothing has stopped the world yet.
+    running: bool = True
+
+    def _told(self, lines) -> None:
+        for line in lines:
+            tell(*line)
+        if self._strict:
+            for level, code, text in lines:
+                if level == "error":
+                    raise _error(code, text, self.faults)
+
+    def run(self, seconds: float, *, progress: Optional[bool] = None) -> int:
+        """Run for a time of simulation. Returns the number of steps done.
+
+        `progress`: show a bar; by default on a terminal, and only for runs that take longer than a second.
+        """
+        steps = round(seconds / self.dt)
+        shown = sys.stderr.isatty() if progress is None else progress
+        if not shown:
+            return self.step(steps)
+        done, begin = 0, time.monotonic()
+        chunk = 1
+        bar = False
+        while done < steps:
+            before = time.monotonic()
+            n = self.step(min(chunk, steps - done))
+            done += n
+            now = time.monotonic()
+            if now - before < 0.1:
+                chunk *= 2
+            if now - begin > 1.0 or progress:
+                bar = True
+                _draw(done, steps, now - begin)
+            if not self.running:
+                break
+        if bar:
+            print(file=sys.stderr)
+        return done
+
+    def reset(self, seed: Optional[int] = None, set: Optional[Mapping[str, Any]] = None) -> None:
+        """Begin anew, at time 0. A seed and changes that are given replace those that the world was made with."""
+        self._native.reset(seed, None if set is None else settings(set))
+        self.running = True
+        self._after()
+
+    def _after(self) -> None:
+        self._flush()
+        if self._views:
+            self._update()
+
+    @property
+    def time(self) -> float:
+        """Simulation time, s."""
+        return self._native.clock()[0]
+
+    @property
+    def steps(self) -> int:
+        """Number of steps done."""
+        return self._native.clock()[1]
+
+    @property
+    def dt(self) -> float:
+        """Length of a step, s."""
+        return self._native.clock()[2]
+
+    @property
+    def hash(self) -> int:
+        """Hash of the state. The same scene, seed, changes and calls give the same hash on every machine."""
+        return self._native.hash()
+
+    @property
+    def faults(self) -> List[Fault]:
+        """Errors of scripts and plugins so far."""
+        return [Fault(**f) for f in self._native.faults()]
+
+    # ---------------------------------------------------------------------------------------------------- the state
+
+    def snapshot(self) -> bytes:
+        """The state of the world, from which it can go on: of objects, sensors, scripts and random numbers."""
+        return self._native.snapshot()
+
+    def restore(self, snapshot: bytes) -> None:
+        """Return to a state of this world, or of another one of the same scene and changes."""
+        self._native.restore(snapshot)
+        self.running = True
+        self._after()
+
+    def fork(self) -> "World":
+        """Another world in the same state, which goes on by itself."""
+        other = World.__new__(World)
+        other._film = None
+        other._begin(self._native.fork(), self._strict)
+        return other
+
+    def close(self) -> None:
+        """End the world. It cannot be used afterwards. Also done by `with`, and when nothing refers to it any more."""
+        self._native.close()
+
+    def __enter__(self) -> "World":
+        return self
+
+    def __exit__(self, *_: Any) -> None:
+        self.close()
+
+    # -------------------------------------------------------------------------------------------------- what it holds
+
+    def __getitem__(self, path: str) -> Object:
+        """An object, by path or unique name."""
+        # Fails with the nearest name if there is none.
+        self._native.get(path, "position")
+        return Object(self, path)
+
+    @property
+    def objects(self) -> Dict[str, str]:
+        """Paths of all objects, with their kinds."""
+        return dict(self._native.objects())
+
+    @property
+    def joints(self) -> List[str]:
+        """Paths of all joints."""
+        return [path for path, kind in self._native.objects() if kind == "joint"]
+
+    @property
+    def sensors(self) -> List[str]:
+        """Paths of all sensors."""
+        return self._native.sensors()
+
+    def get(self, path: str, key: str) -> Any:
+        """A property of an object, as a number, a text or an array (a copy). An empty path is the world: `"scene.gravity"`."""
+        return self._native.get(path, key)
+
+    def set(self, path: str, key: str, value: Any) -> None:
+        """Set a property of an object, as a script would: `world.set("/Robot/motor", "joint.target_velocity", 2.0)`."""
+        self._native.set(path, key, value)
+
+    def reading(self, path: str) -> Reading:
+        """The last reading of a sensor."""
+        return Reading(self._native.reading(path))
+
+    def view(self, path: str, name: str) -> np.ndarray:
+        """An array with a property, or a field of readings, that is brought up to date after each step.
+
+        The array belongs to the caller and outlives the world. Writing to it changes nothing in the world.
+        """
+        channel = self._native.channel(path, name)
+        flat = np.empty(int(np.prod(channel.shape, dtype=int)))
+        self._views.append((channel, flat))
+        self._update()
+        return flat.reshape(channel.shape)
+
+    def _update(self) -> None:
+        for channel, flat in self._views:
+            self._native.read_into([channel], flat)
+
+    def call(self, name: str, *args: Any) -> Any:
+        """Call a command: `world.call("sim.getObject", "/Robot")`. One result is returned as it is, several as a tuple."""
+        results = self._native.call(name, list(args))
+        self._flush()
+        if not results:
+            return None
+        return results[0] if len(results) == 1 else tuple(results)
+
+    @property
+    def plugins(self) -> Dict[str, str]:
+        """Ids of all plugins, with their versions."""
+        return dict(self._native.plugins())
+
+    def _declarations(self) -> Dict[str, Dict[str, Any]]:
+        return commands_of(self._native)
+
+    # ------------------------------------------------------------------------------------------------------- pictures
+
+    def render(
+        self,
+        camera: Optional[str] = None,
+        *,
+        look_from: Optional[Sequence[float]] = None,
+        look_at: Optional[Sequence[float]] = None,
+        size: Tuple[int, int] = (640, 480),
+        fov: Optional[float] = None,
+    ) -> np.ndarray:
+        """A picture, as an array of rows, columns and RGB (`uint8`). It needs no display.
+
+        Seen by a camera of the scene, or between two points in metres; by default by the scene's first camera, or from
+        where everything is in sight. `size`: columns and rows; `fov`: the angle from left to right, rad.
+        """
+        points = None
+        if (look_from is None) != (look_at is None):
+            raise ValueError("`look_from` and `look_at` belong together")
+        if look_from is not None and look_at is not None:
+            points = ([float(x) for x in look_from], [float(x) for x in look_at])
+        return self._native.render(camera, points, int(size[0]), int(size[1]), fov)
+
+    def show(self, *, width: int = 800, height: int = 500) -> Any:
+        """The film of the run so far, for a notebook. The world must have been made with `film=True`.
+
+        Recording ends with it; the world goes on.
+        """
+        from ._film import Film
+
+        if self._film is None:
+            raise ValueError("the run was not recorded: make the world with `film=True`")
+        self._native.end_services()
+        self._flush()
+        return Film(Path(self._film.name) / "film.html", width, height)
+
+    def __repr__(self) -> str:
+        try:
+            time_s, steps, _ = self._native.clock()
+        except ValueError:
+            return "<World, closed>"
+        return f"<World at {time_s:g} s, step {steps}>"
+
+
+def setup(scene, text, folder, seed, changes, scripts, allow, services, plugins, threads, files) -> Dict[str, Any]:
+    """Arguments of the native part."""
+    if (scene is None) == (text is None):
+        raise TypeError("either a scene or its `text` is expected")
+    if threads < 1:
+        raise ValueError(f"{threads} threads cannot run a world; expected at least 1")
+    return {
+        "scene": None if scene is None else os.fspath(scene),
+        "text": text,
+        "folder": os.path.abspath(folder),
+        "seed": seed,
+        "set": settings(changes),
+        "scripts": [f"{path}={os.fspath(file)}" for path, file in (scripts or {}).items()],
+        "allow": list(allow),
+        "services": list(services),
+        "plugins": [os.path.abspath(p) for p in plugins],
+        "threads": int(threads),
+        "files": None if files is None else os.path.abspath(files),
+    }
+
+
+def _error(code: Optional[str], text: str, faults: Sequence[Fault]) -> "_native.Error":
+    error = _native.Error(f"[{code}] {text}" if code else text)
+    last = next((f for f in reversed(faults) if f.code == code), None)
+    error.code, error.text = code, text
+    error.help = last.help if last else None
+    error.file, error.line = (last.file, last.line) if last else (None, None)
+    return error
+
+
+def _draw(done: int, steps: int, seconds: float) -> None:
+    width = 30
+    full = width * done // max(steps, 1)
+    left = seconds / done * (steps - done) if done else 0.0
+    print(
+        f"\r[{'#' * full}{'.' * (width - full)}] step {done} of {steps}, {left:.0f} s left  ",
+        end="",
+        file=sys.stderr,
+        flush=True,
+    )
