@@ -28,13 +28,15 @@ fn main() -> Result {
         None => build(&root)?,
     };
     let package = own.join("tatu_sim");
-    for folder in ["plugins", "lib", "scenes", "models", "addons"] {
+    for folder in ["plugins", "scenes", "models", "addons"] {
         let folder = package.join(folder);
         if folder.is_dir() {
             fs::remove_dir_all(&folder)?;
         }
     }
     plugins(&root, &built, &package.join("plugins"))?;
+    // The host of plugins' tests, which lies beside the program.
+    copy_library(&built, "libtatuhost.so", &package)?;
     for folder in ["scenes", "models", "addons"] {
         copy_tree(&root.join(folder), &package.join(folder))?;
     }
@@ -69,12 +71,14 @@ fn plugins(root: &Path, built: &Path, to: &Path) -> Result {
         rest.contains('"').then(|| format!("libtatu_{}.so", name.strip_prefix("tatu-").unwrap_or(name).replace('-', "_")))
     });
     fs::create_dir_all(to)?;
-    for name in names {
-        let places = [built.join("deps").join(&name), built.join(&name)];
-        let from = places.iter().find(|p| p.is_file());
-        let from = from.ok_or_else(|| format!("{} has no {name}", built.display()))?;
-        fs::copy(from, to.join(&name))?;
-    }
+    names.into_iter().try_for_each(|name| copy_library(built, &name, to))
+}
+
+fn copy_library(built: &Path, name: &str, to: &Path) -> Result {
+    let places = [built.join("deps").join(name), built.join(name)];
+    let from = places.iter().find(|p| p.is_file());
+    let from = from.ok_or_else(|| format!("{} has no {name}", built.display()))?;
+    fs::copy(from, to.join(name))?;
     Ok(())
 }
 

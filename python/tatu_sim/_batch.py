@@ -24,8 +24,8 @@ class Batch:
         set: Changes to the scene, as for `World`. A list or array of `n` values gives each world its own; a value for
             all worlds that is a list itself has to be given `n` times.
         threads: Number of threads; by default as many as there are cores.
-        observe: What `step` returns: pairs of path and name, `[("/Robot", "position"), ("/Robot/laser",
-            "range_scan.ranges")]`.
+        observe: What `step` returns: pairs of path and name, `[("/Robot", "object.world_pose"),
+            ("/Robot/laser", "range_scan.ranges")]`.
         act: What the actions of `step` set: `[("/Robot/leftMotor", "joint.target_velocity")]`.
         quiet: Do not pass on what scripts print and log.
     """

@@ -73,7 +73,7 @@ class Reading(Mapping[str, Any]):
 
 
 class Object:
-    """An object of a world, by its path. Its properties are items: `robot["position"]`, `joint["joint.target_velocity"]`."""
+    """An object of a world, by its path. Its properties are items: `joint["joint.target_velocity"] = 2.0`."""
 
     __slots__ = ("world", "path")
 
@@ -89,12 +89,22 @@ class Object:
 
     @property
     def position(self) -> np.ndarray:
-        """x, y, z in the world frame, m."""
-        return self["position"]
+        """x, y, z in the world, m."""
+        return self["object.world_pose"][:3]
 
-    @position.setter
-    def position(self, value: Any) -> None:
-        self["position"] = value
+    @property
+    def pose(self) -> np.ndarray:
+        """x, y, z in the world, m, and the quaternion x, y, z, w. It can be set."""
+        return self["object.world_pose"]
+
+    @pose.setter
+    def pose(self, value: Any) -> None:
+        self["object.world_pose"] = np.asarray(value, dtype=float)
+
+    @property
+    def twist(self) -> np.ndarray:
+        """Velocity in the world: m/s, then rad/s."""
+        return self["object.twist"]
 
     @property
     def reading(self) -> Reading:
@@ -294,7 +304,7 @@ class World(Namespaces):
     def __getitem__(self, path: str) -> Object:
         """An object, by path or unique name."""
         # Fails with the nearest name if there is none.
-        self._native.get(path, "position")
+        self._native.get(path, "object.path")
         return Object(self, path)
 
     @property

@@ -95,6 +95,8 @@ rows! {
     Orientation "object.orientation" ANY, TATU_F64S 3 RAD, Live FREE, "Orientation in the parent's frame: rotations about its own x, then y, then z.";
     Pose "object.pose" ANY, TATU_F64S 7 None, Live FREE, "Position and quaternion in the parent's frame.";
     WorldPose "object.world_pose" ANY, TATU_F64S 7 None, Live FREE, "Position and quaternion in the world.";
+    Twist "object.twist" ANY, TATU_F64S 6 None, ReadOnly FREE, "Velocity along the axes of the world, m/s, then about them, rad/s; of a shape that forces move, that of its centre of mass.";
+    LocalTwist "object.local_twist" ANY, TATU_F64S 6 None, ReadOnly FREE, "The same velocity along and about its own axes.";
     ModelBase "object.model_base" ANY, TATU_BOOL 0 None, Live FREE, "Whether it is the base of a model; default false.";
     Visible "object.visible" ANY, TATU_BOOL 0 None, Live FREE, "Whether pictures show it; default true.";
     Layer "object.layer" ANY, TATU_I64 0 None, Live FREE, "Layers that it belongs to, one bit each; default 1.";

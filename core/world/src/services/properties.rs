@@ -1,5 +1,6 @@
 //! Access to properties of objects, sensors, scripts and the world itself.
 
+use nalgebra::Vector3;
 use tatu_errors::Refusal;
 use tatu_plugin_api::{abi::*, safe::Value};
 use tatu_plugins::check_value;
@@ -58,6 +59,17 @@ fn read_row(world: &WorldCell, object: tatu_object, prop: tatu_prop) -> Result<V
                 Row::SensorBeams => d.layout.plan.count() as i64,
                 _ => d.sequence as i64,
             })))
+        }
+        (Row::Twist | Row::LocalTwist, Some(_)) => {
+            let dynamics = world.see(|w| &w.state.dynamics).ok_or_else(|| busy(world))?;
+            let twist = world.state.twist(&scene, &dynamics, slot);
+            if row == Row::Twist {
+                return Ok(Value::Floats(twist.to_vec()));
+            }
+            let [vx, vy, vz, wx, wy, wz] = twist;
+            let own = scene.world(slot).rotation.inverse();
+            let (v, w) = (own * Vector3::new(vx, vy, vz), own * Vector3::new(wx, wy, wz));
+            Ok(Value::Floats(v.iter().chain(&w).copied().collect()))
         }
         (Row::ActuatorKind, Some(Data::Actuator(a))) => {
             Ok(Value::text(world.model.registry.actuators.get(a.kind).map_or("", |k| k.id.as_str())))
