@@ -57,5 +57,6 @@ pub fn permission(text: &str) -> Result<String, String> {
 /// A shard: its number from 0, and how many there are.
 pub fn shard(text: &str) -> Result<(usize, usize), String> {
     let both = text.split_once('/').and_then(|(i, n)| Some((i.parse().ok()?, n.parse().ok()?)));
-    both.filter(|(i, n): &(usize, usize)| i < n).ok_or_else(|| "expected I/N, I from 0 to N - 1: 0/4, 1/4, 2/4, 3/4".into())
+    both.filter(|(i, n): &(usize, usize)| i < n)
+        .ok_or_else(|| "expected I/N, I from 0 to N - 1: 0/4, 1/4, 2/4, 3/4".into())
 }

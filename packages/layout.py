@@ -12,6 +12,9 @@ import third_party
 # Folders of the repository that the program reads at run time, by their place in the package.
 DATA = {"models": "share/tatu/models", "scenes": "share/tatu/scenes", "addons": "share/tatu/addons"}
 HEADERS = "plugin-api/include"
+# The simulator as a library for C.
+LIBRARY = "libtatu.so"
+WORLD_HEADER = "core/libtatu/include/tatu_world.h"
 DOCS = ["README.md", "CHANGELOG.md", "LICENSE-APACHE", "LICENSE-MIT"]
 # What `tatu generate NAME` prints, by its place.
 GENERATED = {
@@ -124,6 +127,12 @@ def collect(root, built, metadata, version):
             entries[place + path[len(folder):]] = Entry((root / path).read_bytes(), executable)
     for path, _ in tracked(root, HEADERS):
         entries["include" + path[len(HEADERS):]] = Entry((root / path).read_bytes())
+    # Built by `cargo build -p libtatu`; a program alone is a package, too.
+    if any((folder / LIBRARY).is_file() for folder in (built, built / "deps")):
+        entries[f"lib/{LIBRARY}"] = Entry(built_file(built, LIBRARY))
+        entries["include/tatu_world.h"] = Entry((root / WORLD_HEADER).read_bytes())
+    else:
+        print(f"note: there is no lib/{LIBRARY}: build it by `cargo build --release -p libtatu`")
     for name in DOCS:
         entries[f"share/doc/tatu/{name}"] = Entry((root / name).read_bytes())
     terms = third_party.write(metadata, root, built)

@@ -47,7 +47,7 @@ def read_metadata():
 def build(target):
     """Builds the program with its plugins, and returns the folder with them."""
     environment = {**os.environ, "CARGO_TARGET_DIR": str(target)}
-    ran = subprocess.run(["cargo", "build", "--release", "--locked"], cwd=ROOT, env=environment, check=False)
+    ran = subprocess.run(["cargo", "build", "--release", "--locked", "-p", "tatu", "-p", "libtatu"], cwd=ROOT, env=environment, check=False)
     if ran.returncode != 0:
         raise SystemExit("`cargo build --release --locked` has failed; see above")
     return target / "release"

@@ -53,7 +53,9 @@ fn build(root: &Path) -> Result<PathBuf> {
         let name = name.to_string_lossy().into_owned();
         let is_for_script = ["CARGO_FEATURE_", "CARGO_CFG_", "CARGO_PKG_", "CARGO_MANIFEST_", "DEP_"];
         let is_for_script = is_for_script.iter().any(|start| name.starts_with(start));
-        if is_for_script || ["TARGET", "OUT_DIR", "CARGO_ENCODED_RUSTFLAGS", "CARGO_BUILD_TARGET"].contains(&name.as_str()) {
+        if is_for_script
+            || ["TARGET", "OUT_DIR", "CARGO_ENCODED_RUSTFLAGS", "CARGO_BUILD_TARGET"].contains(&name.as_str())
+        {
             command.env_remove(name);
         }
     }
@@ -68,7 +70,8 @@ fn plugins(root: &Path, built: &Path, to: &Path) -> Result {
     let manifest = fs::read_to_string(root.join("Cargo.toml"))?;
     let names = manifest.lines().filter_map(|line| {
         let (name, rest) = line.split_once(" = { path = \"plugins/")?;
-        rest.contains('"').then(|| format!("libtatu_{}.so", name.strip_prefix("tatu-").unwrap_or(name).replace('-', "_")))
+        rest.contains('"')
+            .then(|| format!("libtatu_{}.so", name.strip_prefix("tatu-").unwrap_or(name).replace('-', "_")))
     });
     fs::create_dir_all(to)?;
     names.into_iter().try_for_each(|name| copy_library(built, &name, to))
@@ -103,7 +106,8 @@ fn copy_tree(from: &Path, to: &Path) -> io::Result<()> {
 /// Writes the declarations of commands, for type checkers and editors.
 fn stubs(built: &Path, package: &Path) -> Result {
     let program = built.join("tatu");
-    let out = Command::new(&program).args(["generate", "python"]).env("TATU_PLUGIN_PATH", package.join("plugins")).output();
+    let out =
+        Command::new(&program).args(["generate", "python"]).env("TATU_PLUGIN_PATH", package.join("plugins")).output();
     let out = out.map_err(|e| format!("cannot start {}: {e}", program.display()))?;
     if !out.status.success() {
         return Err(format!("{} generate python: {}", program.display(), String::from_utf8_lossy(&out.stderr)).into());

@@ -23,10 +23,7 @@ use tatu_core::{
 use tatu_embed::search::{Searched, built, searched};
 use tatu_plugin_api::abi::TATU_REPORT_WARNING;
 
-use crate::{
-    report,
-    watchdog::Watchdog,
-};
+use crate::{report, watchdog::Watchdog};
 
 /// Loads all plugins that can be found.
 pub fn registry(

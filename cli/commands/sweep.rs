@@ -121,7 +121,8 @@ impl Output {
         // A run that was ended may have written part of its last line.
         let whole = text.rfind('\n').map_or(0, |end| end + 1);
         let rows = text[..whole].lines().filter_map(|line| serde_json::from_str::<Value>(line).ok());
-        let done = rows.filter(|r| r.get("error").is_none()).filter_map(|r| Some(r["key"].as_str()?.to_owned())).collect();
+        let done =
+            rows.filter(|r| r.get("error").is_none()).filter_map(|r| Some(r["key"].as_str()?.to_owned())).collect();
         if whole < text.len() {
             fs::OpenOptions::new().write(true).open(path).and_then(|f| f.set_len(whole as u64)).map_err(fail)?;
         }

@@ -25,9 +25,7 @@ use super::{
     probe,
     reason::{Reason, some},
 };
-use crate::{
-    report,
-};
+use crate::report;
 
 #[derive(clap::Args)]
 #[command(after_help = EXAMPLES)]

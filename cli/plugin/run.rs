@@ -1,10 +1,6 @@
 //! `tatu plugin run`: a plugin in its own scene.
 
-use std::{
-    ffi::OsString,
-    path::PathBuf,
-    process::{ExitCode},
-};
+use std::{ffi::OsString, path::PathBuf, process::ExitCode};
 
 use tatu_core::errors::{Error, Result};
 use tatu_embed::again;
@@ -28,7 +24,8 @@ pub fn run(args: &Run) -> Result<ExitCode> {
         return Ok(ExitCode::FAILURE);
     }
     let failed = |e: std::io::Error| Error::new("E612", format!("cannot start the run: {e}"));
-    let status = again().map_err(failed)?
+    let status = again()
+        .map_err(failed)?
         .arg("run")
         .arg(project.folder.join("scene.toml"))
         .args(&args.options)

@@ -3,12 +3,16 @@
 use std::sync::{Mutex, PoisonError};
 
 use numpy::{PyArray2, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2, PyUntypedArrayMethods};
-use pyo3::{exceptions::PyValueError, prelude::*, types::PyBytes};
+use pyo3::{
+    exceptions::PyValueError,
+    prelude::*,
+    types::{PyBytes, PyDict},
+};
 use tatu_core::{Channel, errors::Error as Wrong, state::Snapshot};
 use tatu_embed::{Seat, Setup};
 
 use crate::{
-    error, value,
+    error, table, value,
     world::{Arguments, tag_of_line},
 };
 
@@ -37,6 +41,9 @@ struct Inside {
     observed: Vec<(String, String)>,
     acted: Vec<(String, String)>,
 }
+
+/// Seed and changes with which a world begins anew; `None` keeps its own.
+type Reset = (Option<u64>, Option<Vec<String>>);
 
 fn closed() -> PyErr {
     PyValueError::new_err("the batch is closed")
@@ -70,7 +77,12 @@ fn size(channels: &[Channel]) -> usize {
 }
 
 impl Kept {
-    fn bind(&mut self, seat: &Seat, observed: &[(String, String)], acted: &[(String, String)]) -> tatu_core::errors::Result {
+    fn bind(
+        &mut self,
+        seat: &Seat,
+        observed: &[(String, String)],
+        acted: &[(String, String)],
+    ) -> tatu_core::errors::Result {
         (self.observed, self.acted) = (find(seat, observed)?, find(seat, acted)?);
         self.numbers.resize(size(&self.observed), 0.0);
         self.action.resize(size(&self.acted), 0.0);
@@ -207,7 +219,7 @@ impl Batch {
     ) -> PyResult<()> {
         self.with(py, |inside| {
             let count = inside.batch.count();
-            let mut wanted: Vec<Option<(Option<u64>, Option<Vec<String>>)>> = vec![None; count];
+            let mut wanted: Vec<Option<Reset>> = vec![None; count];
             for ((world, seed), set) in worlds.into_iter().zip(seeds).zip(sets) {
                 let place = wanted.get_mut(world).ok_or_else(|| {
                     let e = Wrong::new("E102", format!("there is no world {world}"));
@@ -297,6 +309,12 @@ impl Batch {
             })?;
             Ok(all)
         })
+    }
+
+    /// The table `[env]` of the scene.
+    fn env<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyDict>>> {
+        let text = self.with(py, |inside| inside.batch.one(0, |seat| Ok(seat.engine().document.env.clone())))?;
+        table::env(py, text.as_deref())
     }
 
     /// Length of a step, s.

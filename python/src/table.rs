@@ -1,7 +1,18 @@
 //! Tables of TOML as dictionaries.
 
-use pyo3::{IntoPyObjectExt, prelude::*, types::{PyDict, PyList}};
+use pyo3::{
+    IntoPyObjectExt,
+    prelude::*,
+    types::{PyDict, PyList},
+};
 use toml_edit::{Item, TableLike, Value};
+
+/// The table `[env]` of a scene as a dictionary; `text` is a document that has only it.
+pub fn env<'py>(py: Python<'py>, text: Option<&str>) -> PyResult<Option<Bound<'py, PyDict>>> {
+    let parsed: Option<toml_edit::DocumentMut> = text.and_then(|t| t.parse().ok());
+    let table = parsed.as_ref().and_then(|t| t.get("env")).and_then(Item::as_table_like);
+    table.map(|t| dict(py, t)).transpose()
+}
 
 /// A table as a dictionary.
 pub fn dict<'py>(py: Python<'py>, table: &dyn TableLike) -> PyResult<Bound<'py, PyDict>> {

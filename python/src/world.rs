@@ -7,7 +7,11 @@ use std::{
 };
 
 use numpy::{PyArray1, PyArray3, PyArrayMethods, PyReadonlyArray1, PyUntypedArrayMethods};
-use pyo3::{exceptions::PyValueError, prelude::*, types::{PyBytes, PyDict, PyList}};
+use pyo3::{
+    exceptions::PyValueError,
+    prelude::*,
+    types::{PyBytes, PyDict, PyList},
+};
 use tatu_core::{
     errors::{Error as Wrong, Result},
     plugins::Declared,
@@ -148,7 +152,9 @@ impl World {
             (bytes, None) => Ok(PyBytes::new(py, &bytes)),
             (_, Some(why)) => {
                 let e = Wrong::new("E503", format!("the state cannot be captured completely: {why}"));
-                Err(error::of(&e.help("a world whose scripts hold such a state can only be run again from its beginning")))
+                Err(error::of(
+                    &e.help("a world whose scripts hold such a state can only be run again from its beginning"),
+                ))
             }
         }
     }
@@ -254,11 +260,19 @@ impl World {
     }
 
     /// Reads channels into an array, one after the other.
-    fn read_into(&self, py: Python<'_>, channels: Vec<PyRef<'_, Channel>>, out: &Bound<'_, PyArray1<f64>>) -> PyResult<()> {
+    fn read_into(
+        &self,
+        py: Python<'_>,
+        channels: Vec<PyRef<'_, Channel>>,
+        out: &Bound<'_, PyArray1<f64>>,
+    ) -> PyResult<()> {
         let channels: Vec<tatu_core::Channel> = channels.iter().map(|c| c.channel.clone()).collect();
         let wanted = channels.iter().map(|c| c.shape.iter().product::<usize>()).sum::<usize>();
         if out.len() != wanted {
-            return Err(PyValueError::new_err(format!("an array of {wanted} numbers is expected, not of {}", out.len())));
+            return Err(PyValueError::new_err(format!(
+                "an array of {wanted} numbers is expected, not of {}",
+                out.len()
+            )));
         }
         let read = self.with(py, |seat| {
             let world = seat.world()?;
@@ -382,10 +396,7 @@ impl World {
     /// The table `[env]` of the scene.
     fn env<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyDict>>> {
         let text = self.with(py, |seat| Ok(seat.engine().document.env.clone()))?;
-        let Some(text) = text else { return Ok(None) };
-        let parsed: Option<toml_edit::DocumentMut> = text.parse().ok();
-        let table = parsed.as_ref().and_then(|t| t.get("env")).and_then(toml_edit::Item::as_table_like);
-        table.map(|t| table::dict(py, t)).transpose()
+        table::env(py, text.as_deref())
     }
 }
 

@@ -59,8 +59,7 @@ fn python() -> ExitCode {
 
 /// Writes one page for the program and all its commands.
 fn manual(command: clap::Command, out: &mut Vec<u8>) -> std::io::Result<()> {
-    let commands: Vec<clap::Command> =
-        command.get_subcommands().filter(|c| !c.is_hide_set()).cloned().collect();
+    let commands: Vec<clap::Command> = command.get_subcommands().filter(|c| !c.is_hide_set()).cloned().collect();
     let page = clap_mangen::Man::new(command);
     page.render_title(out)?;
     page.render_name_section(out)?;

@@ -70,7 +70,8 @@ impl Library<'_> {
         // What is left of an earlier test is none of this one's; where there is nothing, there is nothing to remove.
         let _ = fs::remove_file(&self.report);
         let command = again();
-        let mut command = command.map_err(|e| Error::new("E621", format!("where this program lies is unknown: {e}")))?;
+        let mut command =
+            command.map_err(|e| Error::new("E621", format!("where this program lies is unknown: {e}")))?;
         command.args(["plugin", "run-test"]).arg(&self.library).arg("--report").arg(&self.report);
         command.arg("--files").arg(self.folder.join("tests"));
         if let Some(name) = name {

@@ -30,7 +30,8 @@ pub fn run(folder: &Path, plugins: &[PathBuf], limit: Duration, out: &mut Outcom
         }
         let text = fs::read_to_string(&scene).unwrap_or_default();
         let command = again();
-        let mut command = command.map_err(|e| Error::new("E621", format!("where this program lies is unknown: {e}")))?;
+        let mut command =
+            command.map_err(|e| Error::new("E621", format!("where this program lies is unknown: {e}")))?;
         command.arg("run").arg(&scene).arg("--strict").arg("--steps").arg(steps(&text).to_string());
         let ended = process::run(command.current_dir(folder).env("TATU_PLUGIN_PATH", &path), limit)?;
         let why = process::bad_end(&ended, limit).or_else(|| match ended.status.and_then(|s| s.code()) {

@@ -101,7 +101,8 @@ impl Batch {
             let (f, first) = (&f, worker.first);
             jobs.push((worker, Part { out: part, first, wrong: None, f }));
         }
-        let mut calls: Vec<_> = jobs.iter_mut().map(|(w, part)| (*w, move |owned: &mut Owned| part.run(owned))).collect();
+        let mut calls: Vec<_> =
+            jobs.iter_mut().map(|(w, part)| (*w, move |owned: &mut Owned| part.run(owned))).collect();
         let posted: Vec<_> = calls
             .iter_mut()
             .filter_map(|(w, call)| Some(w.line.post(w.thread.as_ref()?.thread(), Some(call))))
@@ -136,7 +137,8 @@ impl Batch {
 }
 
 fn none(world: usize, count: usize) -> Error {
-    Error::new("E102", format!("there is no world {world}")).expected(format!("a number from 0 to {}", count.saturating_sub(1)))
+    Error::new("E102", format!("there is no world {world}"))
+        .expected(format!("a number from 0 to {}", count.saturating_sub(1)))
 }
 
 /// A thread's part of what is done with all worlds.

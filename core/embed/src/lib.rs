@@ -17,8 +17,8 @@ mod batch;
 mod host;
 mod line;
 mod picture;
-mod seat;
 pub mod search;
+mod seat;
 mod setup;
 pub mod sweep;
 

@@ -54,15 +54,23 @@ fn wait(ready: impl Fn() -> bool) {
     }
 }
 
-/// Work for a thread that owns a `T`; `None` ends it.
+/// What a thread that owns a `T` is to do.
 type Job<'a, T> = dyn FnMut(&mut T) + Send + 'a;
+
+/// Work that is posted.
+struct Work<T> {
+    /// `None` ends the thread.
+    job: Option<*mut Job<'static, T>>,
+    /// Who waits for it.
+    caller: Thread,
+}
 
 /// The line between callers and one thread.
 pub struct Line<T> {
     state: AtomicU32,
-    /// The work that is posted, and who waits for it. Written by the caller while `FREE`, read by the thread while
+    /// Written by the caller while `FREE`, read by the thread while
     /// `POSTED`.
-    posted: UnsafeCell<Option<(Option<*mut Job<'static, T>>, Thread)>>,
+    posted: UnsafeCell<Option<Work<T>>>,
     /// Held by the caller from posting to the end.
     turn: Mutex<()>,
 }
@@ -83,7 +91,7 @@ impl<T> Line<T> {
         loop {
             wait(|| self.state.load(Acquire) == POSTED);
             // SAFETY: while `POSTED`, only this thread uses `posted`.
-            let Some((job, caller)) = (unsafe { (*self.posted.get()).take() }) else { continue };
+            let Some(Work { job, caller }) = (unsafe { (*self.posted.get()).take() }) else { continue };
             if let Some(job) = job {
                 BUSY.fetch_add(1, Relaxed);
                 // SAFETY: the caller keeps the job alive until it sees `DONE`, and does not use it before.
@@ -114,7 +122,7 @@ impl<T> Line<T> {
         // SAFETY: only the lifetime changes. `Posted` borrows the job, and does not end before the thread is done with it.
         let job = job.map(|job| unsafe { std::mem::transmute::<*mut Job<'_, T>, *mut Job<'static, T>>(job) });
         // SAFETY: this caller has the turn and the state is `FREE`, so nobody else uses `posted`.
-        unsafe { *self.posted.get() = Some((job, thread::current())) };
+        unsafe { *self.posted.get() = Some(Work { job, caller: thread::current() }) };
         self.state.store(POSTED, Release);
         thread.unpark();
         Posted { line: self, _turn: turn }

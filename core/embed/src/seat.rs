@@ -1,6 +1,10 @@
 //! A world, together with what it was made of.
 
-use tatu_core::{Session, World, errors::{Error, Result}, state::Snapshot};
+use tatu_core::{
+    Session, World,
+    errors::{Error, Result},
+    state::Snapshot,
+};
 
 use crate::{Engine, Setup, setup::setting_up};
 
@@ -59,9 +63,9 @@ impl Seat {
     /// # Errors
     /// It could not be made anew by the last reset.
     pub fn world(&self) -> Result<&World> {
-        self.world.as_ref().ok_or_else(|| {
-            Error::new("E405", "there is no world: the last reset failed").help("reset it again")
-        })
+        self.world
+            .as_ref()
+            .ok_or_else(|| Error::new("E405", "there is no world: the last reset failed").help("reset it again"))
     }
     /// What it was made of.
     pub fn engine(&self) -> &Engine {

@@ -6,6 +6,7 @@ mod describe;
 #[cfg(unix)]
 mod interactive;
 pub mod keys;
+mod library;
 mod lock;
 mod look;
 mod outputs;

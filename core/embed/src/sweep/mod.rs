@@ -93,9 +93,8 @@ impl Sweep {
         hash.update(bundle.as_bytes());
         for plugin in &registry.plugins {
             hash.update(plugin.id.as_bytes());
-            let bytes = read_plain(&plugin.path, MOST_BYTES).map_err(|e| {
-                Error::new("E105", format!("cannot read {}: {e}", plugin.path.display()))
-            })?;
+            let bytes = read_plain(&plugin.path, MOST_BYTES)
+                .map_err(|e| Error::new("E105", format!("cannot read {}: {e}", plugin.path.display())))?;
             hash.update(Sha256::digest(bytes));
         }
         Ok(Sweep { header, registry, base: hash.finalize().into() })
@@ -158,7 +157,16 @@ impl Sweep {
             log.end(done, false, &opened, hash)?;
         }
         let set = job.set.clone();
-        Ok(Row { key: self.key(job), seed: job.seed, set, steps: done, time, metrics, hash: format!("{hash:016x}"), faults })
+        Ok(Row {
+            key: self.key(job),
+            seed: job.seed,
+            set,
+            steps: done,
+            time,
+            metrics,
+            hash: format!("{hash:016x}"),
+            faults,
+        })
     }
 
     /// Ends the plugins, if nobody else uses them.

@@ -139,7 +139,11 @@ fn json(item: &Item) -> Option<Value> {
 }
 
 fn table_json(table: &dyn TableLike) -> Option<Value> {
-    table.iter().map(|(k, v)| Some((k.to_owned(), json(v)?))).collect::<Option<serde_json::Map<_, _>>>().map(Value::Object)
+    table
+        .iter()
+        .map(|(k, v)| Some((k.to_owned(), json(v)?)))
+        .collect::<Option<serde_json::Map<_, _>>>()
+        .map(Value::Object)
 }
 
 fn json_value(value: &toml_edit::Value) -> Option<Value> {

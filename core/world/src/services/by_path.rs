@@ -136,7 +136,7 @@ fn field(cell: &WorldCell, object: tatu_object, name: &str) -> Option<(usize, Ve
 
 /// Writes the numbers of a value, then NaN.
 fn fill(value: &Value, out: &mut [f64]) {
-    fn put<'a>(out: &'a mut [f64], numbers: impl Iterator<Item = f64>) -> usize {
+    fn put(out: &mut [f64], numbers: impl Iterator<Item = f64>) -> usize {
         let mut n = 0;
         for (to, x) in out.iter_mut().zip(numbers) {
             *to = x;

@@ -102,6 +102,15 @@ impl Service for Film {
     }
 }
 
+/// A session that ends before its world was stopped leaves the film of what there was.
+impl Drop for Film {
+    fn drop(&mut self) {
+        if let Ok(mut state) = self.state.try_borrow_mut() {
+            self.write(&mut state);
+        }
+    }
+}
+
 impl Film {
     fn state(&self) -> Result<RefMut<'_, State>> {
         self.state.try_borrow_mut().map_err(|_| Fail::with_code(TATU_ERR_BUSY, "the film is in use"))

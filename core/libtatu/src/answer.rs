@@ -1,0 +1,75 @@
+//! Errors as callers get them: a status, and a text that is kept for each thread. No panic leaves the library.
+
+use std::{
+    cell::RefCell,
+    ffi::{CString, c_char},
+    panic::{AssertUnwindSafe, catch_unwind},
+};
+
+use tatu_core::errors::{Error, Fault, FaultKind, Refusal};
+use tatu_plugin_api::abi::*;
+
+/// Why a function failed.
+#[derive(Debug)]
+pub struct Wrong(pub tatu_status, pub String);
+
+impl Wrong {
+    pub fn argument(text: impl Into<String>) -> Self {
+        Wrong(TATU_ERR_ARGUMENT, text.into())
+    }
+}
+
+impl From<Error> for Wrong {
+    fn from(e: Error) -> Self {
+        Wrong(TATU_ERR, e.to_string())
+    }
+}
+
+impl From<Refusal> for Wrong {
+    fn from(r: Refusal) -> Self {
+        Wrong(r.0, r.1)
+    }
+}
+
+impl From<Box<Fault>> for Wrong {
+    fn from(fault: Box<Fault>) -> Self {
+        let status = match fault.kind {
+            FaultKind::UnknownFunction => TATU_ERR_UNKNOWN,
+            FaultKind::BadArgument => TATU_ERR_ARGUMENT,
+            FaultKind::MissingObject => TATU_ERR_MISSING,
+            FaultKind::Unsupported => TATU_ERR_UNSUPPORTED,
+            FaultKind::Plugin => TATU_ERR_PANIC,
+            _ => TATU_ERR,
+        };
+        let help = fault.help.as_ref().map_or(String::new(), |help| format!("\n  help: {help}"));
+        Wrong(status, format!("[{}] {}{help}", fault.code, fault.message))
+    }
+}
+
+thread_local! {
+    /// The text of the last failure.
+    static LAST: RefCell<CString> = RefCell::default();
+}
+
+/// Runs a function; a failure or a panic becomes the last error of the thread.
+pub fn guarded<T>(failed: impl FnOnce(tatu_status) -> T, f: impl FnOnce() -> Result<T, Wrong>) -> T {
+    let Wrong(status, text) = match catch_unwind(AssertUnwindSafe(f)) {
+        Ok(Ok(done)) => return done,
+        Ok(Err(wrong)) => wrong,
+        Err(_) => Wrong(TATU_ERR_PANIC, "the simulator failed\n  help: this is a bug, please report it".into()),
+    };
+    // A text with a zero in it ends there.
+    let text = text.split('\0').next().unwrap_or_default().to_owned();
+    LAST.with(|last| *last.borrow_mut() = CString::new(text).unwrap_or_default());
+    failed(status)
+}
+
+/// The same for functions that return a status.
+pub fn status(f: impl FnOnce() -> Result<(), Wrong>) -> tatu_status {
+    guarded(|status| status, || f().map(|()| TATU_OK))
+}
+
+/// The text of the last failure on this thread.
+pub fn last() -> *const c_char {
+    LAST.with(|last| last.borrow().as_ptr())
+}

@@ -1,0 +1,90 @@
+//! What a world is made of, as callers give it.
+
+use std::{ffi::c_char, path::PathBuf};
+
+use tatu_embed::{Scene, Setup, search::scene_file};
+use tatu_plugin_api::abi::tatu_str;
+
+use crate::{answer::Wrong, text};
+
+/// `tatu_world_setup` of the header.
+#[repr(C)]
+#[allow(non_camel_case_types)]
+pub struct tatu_world_setup {
+    size: u32,
+    threads: u32,
+    scene: *const c_char,
+    text: tatu_str,
+    folder: *const c_char,
+    set: *const *const c_char,
+    scripts: *const *const c_char,
+    allow: *const *const c_char,
+    plugins: *const *const c_char,
+    seed: u64,
+    has_seed: u32,
+    reserved: u32,
+}
+
+/// Reads a setup.
+///
+/// # Safety
+/// `setup` is null or a table as large as its `size`, with texts that live through the call and lists that end with null.
+pub unsafe fn read(setup: *const tatu_world_setup) -> Result<Setup, Wrong> {
+    // SAFETY: the caller promises it.
+    let given = unsafe { setup.as_ref() }.filter(|s| s.size as usize >= size_of::<tatu_world_setup>());
+    let given = given.ok_or_else(|| Wrong::argument("the setup is null, or its `size` is not set"))?;
+    // SAFETY: the caller promises it.
+    unsafe {
+        let scene = match (given.scene.is_null(), given.text.len) {
+            (false, 0) => Scene::File(scene_file(&PathBuf::from(text(given.scene, "the scene")?))),
+            (true, 1..) => {
+                let folder = match given.folder.is_null() {
+                    true => std::env::current_dir().unwrap_or_default(),
+                    false => PathBuf::from(text(given.folder, "the folder")?),
+                };
+                let text = std::str::from_utf8(bytes(given.text));
+                let text = text.map_err(|_| Wrong::argument("the text of the scene is not UTF-8"))?;
+                Scene::Text(text.to_owned(), folder)
+            }
+            _ => return Err(Wrong::argument("either `scene` or `text` must be set, and not both")),
+        };
+        Ok(Setup {
+            seed: (given.has_seed != 0).then_some(given.seed),
+            set: list(given.set, "a change")?,
+            scripts: list(given.scripts, "a script")?,
+            allow: list(given.allow, "a permission")?,
+            plugins: list(given.plugins, "a plugin")?.into_iter().map(PathBuf::from).collect(),
+            threads: given.threads.max(1) as usize,
+            ..Setup::new(scene)
+        })
+    }
+}
+
+/// Takes the bytes of a text.
+///
+/// # Safety
+/// `text` is as long as it says, and lives for `'a`.
+pub unsafe fn bytes<'a>(text: tatu_str) -> &'a [u8] {
+    match text.ptr.is_null() || text.len == 0 {
+        true => &[],
+        // SAFETY: the caller promises it.
+        false => unsafe { std::slice::from_raw_parts(text.ptr.cast(), text.len as usize) },
+    }
+}
+
+/// Reads a list of texts.
+///
+/// # Safety
+/// `list` is null, or ends with null, and its texts live through the call.
+unsafe fn list(list: *const *const c_char, what: &str) -> Result<Vec<String>, Wrong> {
+    let mut all = Vec::new();
+    let mut next = list;
+    // SAFETY: the caller promises it.
+    unsafe {
+        while !next.is_null() && !(*next).is_null() {
+            all.push(text(*next, what)?.to_owned());
+            next = next.add(1);
+        }
+    }
+    Ok(all)
+}
