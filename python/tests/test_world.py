@@ -303,3 +303,17 @@ def _hash_after(steps):
     with tatu_sim.World(PIONEER) as world:
         world.step(steps)
         return world.hash
+
+
+def test_the_process_stays_as_its_owner_sets_it(tmp_path, monkeypatch, caplog):
+    with tatu_sim.World(PIONEER) as world, tatu_sim.World(PIONEER) as other:
+        world.step(1)
+        monkeypatch.chdir(tmp_path)
+        handler = lambda *_: None
+        before = signal.signal(signal.SIGUSR1, handler)
+        # More steps than lie between two full checks of what plugins have changed.
+        world.step(200)
+        assert os.getcwd() == str(tmp_path) and signal.getsignal(signal.SIGUSR1) is handler
+        signal.signal(signal.SIGUSR1, before)
+        other.step(201)
+        assert world.hash == other.hash and not world.faults and not other.faults

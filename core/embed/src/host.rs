@@ -3,7 +3,7 @@
 use std::{
     panic::{AssertUnwindSafe, catch_unwind},
     process,
-    sync::{Arc, mpsc},
+    sync::{Arc, OnceLock, mpsc},
     thread::{self, JoinHandle},
 };
 
@@ -111,9 +111,30 @@ const BUG: &str = "E405";
 
 /// Starts a thread that worlds live on.
 pub(crate) fn spawn(name: &str, run: impl FnOnce() + Send + 'static) -> Result<JoinHandle<()>> {
+    let run = move || {
+        take_plain_locale();
+        run();
+    };
     let thread = thread::Builder::new().name(name.into()).stack_size(STACK).spawn(run);
     thread.map_err(|e| Error::new("E401", format!("cannot start a thread for a world: {e}")).help("make fewer worlds"))
 }
+
+/// Gives this thread the plain locale, whatever that of the process is: with a decimal comma, scripts would read and write
+/// other numbers.
+#[cfg(unix)]
+pub(crate) fn take_plain_locale() {
+    /// The locale, as a number because a pointer cannot be shared; it is kept until the process ends.
+    static PLAIN: OnceLock<usize> = OnceLock::new();
+    // SAFETY: the name is a text, and null asks for a new locale.
+    let make = || unsafe { libc::newlocale(libc::LC_ALL_MASK, c"C".as_ptr(), std::ptr::null_mut()) };
+    let plain = *PLAIN.get_or_init(|| make().expose_provenance());
+    if plain != 0 {
+        // SAFETY: a locale that was made by `newlocale` and is never freed.
+        unsafe { libc::uselocale(std::ptr::with_exposed_provenance_mut(plain)) };
+    }
+}
+#[cfg(not(unix))]
+pub(crate) fn take_plain_locale() {}
 
 /// Runs `f`; a panic becomes an error.
 pub(crate) fn guarded<T>(f: impl FnOnce() -> Result<T>) -> Result<T> {

@@ -6,7 +6,7 @@ use tatu_core::{
     state::Snapshot,
 };
 
-use crate::{Engine, Setup, setup::setting_up};
+use crate::{Engine, Setup};
 
 /// A world that has been started, on the thread that owns it.
 pub struct Seat {
@@ -41,7 +41,6 @@ impl Seat {
     }
 
     fn make(&self) -> Result<(World, Option<Session>)> {
-        let _one = setting_up();
         let Engine { registry, document, .. } = &self.engine;
         let world = World::with_threads(document.clone(), registry.clone(), self.setup.threads)?;
         if let Some(folder) = &self.setup.files {
@@ -139,13 +138,11 @@ impl Seat {
     /// # Errors
     /// Of the first service that could not be ended in order.
     pub fn end_services(&mut self) -> Result {
-        let _one = setting_up();
         let errors = self.session.take().map(Session::end).unwrap_or_default();
         errors.into_iter().next().map_or(Ok(()), Err)
     }
 
     fn end_world(&mut self) {
-        let _one = setting_up();
         if let Some(world) = &self.world {
             world.end();
         }

@@ -2,14 +2,14 @@
 
 use std::{
     path::{Path, PathBuf},
-    sync::{Arc, Mutex, MutexGuard, PoisonError, Weak},
+    sync::{Arc, Mutex, PoisonError, Weak},
 };
 
 use tatu_core::{
     document::{self, Document, Options, Override, ScriptOverride, ServiceOverride, Sources},
     errors::{Error, Result},
     host_tables,
-    plugins::{Registry, Search, Source},
+    plugins::{Registry, Search, Source, guard::share_process},
 };
 
 use crate::search::{Searched, searched, user_settings};
@@ -92,14 +92,6 @@ impl Setup {
     }
 }
 
-/// Plugins are started and ended, and their instances made, by one thread at a time.
-static SETTING_UP: Mutex<()> = Mutex::new(());
-
-/// Waits until no other thread starts or ends plugins or worlds.
-pub(crate) fn setting_up() -> MutexGuard<'static, ()> {
-    SETTING_UP.lock().unwrap_or_else(PoisonError::into_inner)
-}
-
 /// The registries that are in use, so that worlds with the same search path share one.
 static SHARED: Mutex<Vec<(Vec<PathBuf>, Weak<Registry>)>> = Mutex::new(Vec::new());
 
@@ -120,7 +112,7 @@ impl Engine {
     /// # Errors
     /// A file or a change is invalid, or the scene names plugins that are not allowed.
     pub fn load(setup: &Setup) -> Result<Self> {
-        let _one = setting_up();
+        share_process();
         let registry = registry_of(setup, false)?;
         let mut warnings: Vec<String> = registry.refused.iter().map(ToString::to_string).collect();
         let document = match document::load(&setup.file(), &registry, &setup.options()?) {
@@ -145,7 +137,6 @@ impl Engine {
 
     /// Ends the plugins, if nobody else uses them.
     pub(crate) fn end(self) {
-        let _one = setting_up();
         let Engine { registry, document, .. } = self;
         drop(document);
         release(registry);
@@ -199,7 +190,7 @@ fn shown(folder: &Path) -> PathBuf {
     folder.canonicalize().unwrap_or_else(|_| folder.to_owned())
 }
 
-/// Ends the plugins of a registry, if this is its last owner. Must be called while no other thread sets up worlds.
+/// Ends the plugins of a registry, if this is its last owner.
 pub(crate) fn release(registry: Arc<Registry>) {
     if let Some(registry) = Arc::into_inner(registry) {
         for e in registry.end() {

@@ -192,6 +192,15 @@ fn end_child() {
     };
 }
 
+/// Whether the process belongs to other code as well.
+static SHARED: AtomicBool = AtomicBool::new(false);
+
+/// Declares that the process belongs to other code as well, such as an interpreter, which may change its locale, working
+/// folder and signal handlers at any time. From then on only the state of threads is checked and restored.
+pub fn share_process() {
+    SHARED.store(true, Relaxed);
+}
+
 /// A known good state of thread and process.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct ProcessState {
@@ -218,7 +227,9 @@ impl ProcessState {
     /// Restores the state; describes what had been changed.
     pub fn restore(&self) -> Option<String> {
         let mut changed: Vec<String> = self.restore_quickly().map(str::to_owned).into_iter().collect();
-        changed.extend(self.process.restore());
+        if !SHARED.load(Relaxed) {
+            changed.extend(self.process.restore());
+        }
         (!changed.is_empty()).then(|| changed.join(" and "))
     }
     /// Like `restore`, but only for the parts that need no system call.
@@ -228,7 +239,7 @@ impl ProcessState {
             register::write_old(self.old);
             changed = true;
         }
-        let moved = !with_locale(|l| l == self.locale.as_deref());
+        let moved = !SHARED.load(Relaxed) && !with_locale(|l| l == self.locale.as_deref());
         if moved {
             set_locale(self.locale.as_deref());
         }

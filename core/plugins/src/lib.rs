@@ -5,6 +5,7 @@
 //! - [`Registry`]: everything that the loaded plugins offer, by id;
 //! - `tickets`: results of plugins' own threads;
 //! - [`HostTables`]: the host's functions, which plugins request by id, and interned keys;
+//! - [`setup_turn`]: one thread at a time starts plugins and makes instances;
 //! - [`thread_grant`]: use of instances on several threads;
 //! - [`guard`]: floating-point mode, locale and other state that plugins must not change;
 //! - [`guarded`], [`state_block`]: memory that plugins write to;
@@ -33,6 +34,7 @@ mod names;
 mod registry;
 pub mod schemas;
 mod search;
+mod setup_turn;
 pub mod state_block;
 pub mod tables;
 pub mod texts;
@@ -53,4 +55,5 @@ pub use registry::{
     ServiceKind, Slot, Status,
 };
 pub use search::{Copies, Search, Source};
+pub use setup_turn::setup_turn;
 pub use tickets::{MOST_BYTES as MOST_RESULT_BYTES, Mailbox};

@@ -2,7 +2,7 @@
 
 use std::{
     path::{Path, PathBuf},
-    sync::{Arc, Mutex, OnceLock, PoisonError},
+    sync::{Arc, OnceLock},
 };
 
 use tatu_core::{
@@ -30,9 +30,6 @@ pub struct Setup<'a> {
 /// The name under which the text of a scene is read.
 const SCENE: &str = "scene-of-the-test.toml";
 
-/// Plugins are started and ended by one thread at a time.
-static STARTING: Mutex<()> = Mutex::new(());
-
 /// Where a program notes the calls into plugins; a library has no use for it.
 static WATCHES: OnceLock<Watches> = OnceLock::new();
 
@@ -58,7 +55,6 @@ pub fn open(setup: &Setup<'_>) -> Result<(World, Arc<Registry>), Wrong> {
             }
         }
     }
-    let _one = STARTING.lock().unwrap_or_else(PoisonError::into_inner);
     let registry = Arc::new(Registry::load_watched(search, host_tables(), WATCHES.get().cloned().unwrap_or_default()));
     refused(&registry, &setup.plugins)?;
     let sources = Sources::default();
@@ -82,7 +78,6 @@ fn refused(registry: &Registry, given: &[PathBuf]) -> Result<(), Wrong> {
 
 /// Ends a world, then its plugins; what went wrong in that.
 pub fn close(world: World, registry: Arc<Registry>) -> Vec<String> {
-    let _one = STARTING.lock().unwrap_or_else(PoisonError::into_inner);
     drop(world);
     let errors = Arc::into_inner(registry).map(Registry::end).unwrap_or_default();
     errors.iter().map(ToString::to_string).collect()

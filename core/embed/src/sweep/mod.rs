@@ -16,7 +16,7 @@ use tatu_core::{
     World,
     document::{self, Override},
     errors::{Error, Result},
-    plugins::Registry,
+    plugins::{Registry, guard::share_process},
     session::file::{Header, Writer},
 };
 use tatu_plugin_api::safe::{MOST_BYTES, read_plain};
@@ -26,8 +26,8 @@ pub use metric::{Metric, Over, Reduce};
 
 use crate::{
     Engine, Setup,
-    host::{STACK, guarded},
-    setup::{registry_of, release, setting_up},
+    host::{STACK, guarded, take_plain_locale},
+    setup::{registry_of, release},
 };
 use metric::Taken;
 
@@ -82,7 +82,7 @@ impl Sweep {
             Error::new("E116", format!("the bundle of a scene cannot be read: {e}"))
                 .help("make it anew, with the same version of the program")
         })?;
-        let _one = setting_up();
+        share_process();
         let registry = registry_of(&Setup::new(crate::Scene::File(header.scene.clone())), true)?;
         if let Some(text) = header.differences(&registry).into_iter().next() {
             release(registry);
@@ -111,7 +111,10 @@ impl Sweep {
     /// # Errors
     /// A setting or metric is invalid. Errors of scripts are counted in the row.
     pub fn run(&self, job: &Job, record: Option<&Path>) -> Result<Row> {
-        let run = || guarded(|| self.run_here(job, record));
+        let run = || {
+            take_plain_locale();
+            guarded(|| self.run_here(job, record))
+        };
         thread::scope(|scope| {
             let thread = thread::Builder::new().name("job".into()).stack_size(STACK).spawn_scoped(scope, run);
             let thread = thread.map_err(|e| Error::new("E401", format!("cannot start a thread for a run: {e}")))?;
@@ -127,10 +130,7 @@ impl Sweep {
         let mut options = header.options()?;
         options.set = header.set.iter().map(|s| Override::parse(s)).collect::<Result<_>>()?;
         let document = Arc::new(document::load(&header.scene, &self.registry, &options)?);
-        let world = {
-            let _one = setting_up();
-            World::new(document, self.registry.clone())?
-        };
+        let world = { World::new(document, self.registry.clone())? };
         let log = record.map(|file| Writer::create(file, &header)).transpose()?;
         world.start();
         let mut taken: Vec<(&String, Taken<'_>)> = Vec::new();
@@ -150,9 +150,7 @@ impl Sweep {
         let (hash, done, time) = (world.hash().total, world.steps(), world.time());
         let opened = world.files_opened();
         let faults = world.faults().iter().map(|f| f.count).sum();
-        let one = setting_up();
         drop(world);
-        drop(one);
         if let Some(log) = log {
             log.end(done, false, &opened, hash)?;
         }
@@ -171,7 +169,6 @@ impl Sweep {
 
     /// Ends the plugins, if nobody else uses them.
     pub fn end(self) {
-        let _one = setting_up();
         release(self.registry);
     }
 }

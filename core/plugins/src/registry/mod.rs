@@ -35,7 +35,7 @@ use super::{
     load::Remarks,
     watchdog::{Call, Watch, Watches},
 };
-use crate::{HostTables, Inspector};
+use crate::{HostTables, Inspector, setup_turn};
 pub use models::{Found, MODEL_FILE};
 pub use sensors::MOST_ELEMENTS;
 use tatu_errors::{Error, Result};
@@ -115,6 +115,7 @@ impl Registry {
 
     /// Like `load`, with a watchdog for all worlds with these plugins.
     pub fn load_watched(search: Search, host: HostTables, watches: Watches) -> Self {
+        let _turn = setup_turn();
         let setup = watches.watch();
         let host = Arc::new(host);
         let mut plugins: Vec<Arc<Plugin>> = Vec::new();
@@ -250,6 +251,7 @@ impl Registry {
     /// Shuts all plugins down after all worlds have been dropped, and returns the errors. Dropping the registry does
     /// the same but discards them.
     pub fn end(mut self) -> Vec<Error> {
+        let _turn = setup_turn();
         let mut out = Vec::new();
         for plugin in self.plugins.iter_mut().rev() {
             out.extend(Arc::get_mut(plugin).map(Plugin::end).unwrap_or_default());

@@ -1,12 +1,18 @@
 //! Calls into plugins: recorded for the watchdog, with the process and thread state restored afterwards.
 
 use tatu_errors::{Fault, FaultKind};
-use tatu_plugins::{guard, watchdog::Call};
+use tatu_plugins::{guard, setup_turn, watchdog::Call};
 
 use super::WorldCell;
 
 /// Number of quick checks per full check, which takes system calls.
 const CHECKS: u32 = 64;
+
+/// Returns whether a call makes or ends an instance, for which worlds on several threads take turns.
+#[inline]
+fn is_setup(call: Call) -> bool {
+    matches!(call, Call::Create | Call::Destroy)
+}
 
 impl WorldCell {
     /// Calls a function of a plugin on behalf of an object, or of none if `slot` is 0. Every call of a single function
@@ -17,6 +23,7 @@ impl WorldCell {
     /// checked one by one only after a change has been found.
     #[inline]
     pub fn cross<T>(&self, plugin: usize, call: Call, slot: u32, f: impl FnOnce() -> T) -> T {
+        let _turn = is_setup(call).then(setup_turn);
         if self.border.watch.is_idle() || self.border.suspicious.get() {
             return self.cross_watched(plugin, call, slot, f);
         }
@@ -33,6 +40,7 @@ impl WorldCell {
         done
     }
     fn cross_watched<T>(&self, plugin: usize, call: Call, slot: u32, f: impl FnOnce() -> T) -> T {
+        let _turn = is_setup(call).then(setup_turn);
         let earlier = self.border.called.replace(0);
         let before = self.border.watch.enter(call, plugin, slot);
         let (done, moved) = guard::watched(f);

@@ -1,0 +1,180 @@
+"""Many runs of a scene, in this process, in a pool of processes or on many machines."""
+
+import hashlib
+import json
+import math
+import os
+from collections.abc import Mapping as _Mapping
+from concurrent.futures import Executor
+from dataclasses import dataclass, field
+from typing import Any, Dict, Iterable, List, Mapping, Optional, Tuple, Union
+
+from . import _native
+from ._sweep_rows import CheckError, Output, PathLike, Row, Rows
+from ._sweep_run import Planned, Run, Serial
+from ._sweep_worker import Bundle, drives, error, opened, told
+from ._world import setup
+
+__all__ = ["CheckError", "Job", "Rows", "sweep"]
+
+# Not `json.dumps`, which makes an encoder for each call.
+_encode = json.JSONEncoder(ensure_ascii=False, allow_nan=False).encode
+
+
+@dataclass(frozen=True)
+class Job:
+    """A run of a scene.
+
+    Args:
+        seconds: Simulation time to run.
+        seed: Seed of all random numbers; None: the scene's own.
+        set: Changes to the scene, as for `World`: `{"/Robot.mass_kg": 9.5}`.
+        metrics: Numbers that are taken of the run, as in sweep files: `{"way": {"object": "/Robot", "field":
+            "object.world_pose", "index": 0, "over": "way"}}`.
+    """
+
+    seconds: float
+    seed: Optional[int] = None
+    set: Mapping[str, Any] = field(default_factory=dict)
+    metrics: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
+
+
+def sweep(
+    jobs: Union[PathLike, Iterable[Union[Job, Mapping[str, Any]]]],
+    scene: Optional[PathLike] = None,
+    *,
+    text: Optional[str] = None,
+    folder: PathLike = ".",
+    set: Optional[Mapping[str, Any]] = None,
+    scripts: Optional[Mapping[str, PathLike]] = None,
+    executor: Union[None, str, Executor] = None,
+    output: Optional[PathLike] = None,
+    check: float = 0.01,
+    check_seed: int = 0,
+    on_error: str = "raise",
+    record: Optional[PathLike] = None,
+    progress: Optional[bool] = None,
+) -> Rows:
+    """Run a scene many times, and return a row for each different job, sorted by key.
+
+    The rows do not depend on the executor, apart from wall times, hosts and processes: see `Rows.without_machine`.
+
+    Args:
+        jobs: `Job`s or dicts with the same keys; or a sweep file, which names its scene.
+        scene, text, folder, set, scripts: As for `World`; in all jobs.
+        executor: None: one job after the other in this process. Any `concurrent.futures.Executor`, such as
+            `ProcessPoolExecutor()`. `"ray"`: the Ray cluster that `ray.init()` finds; see also `ray_executor`.
+        output: A file of rows, `.jsonl` or `.parquet`, which is filled while the sweep runs. Jobs whose rows it has
+            already are not run again, so that the same call continues a sweep that was ended.
+        check: The share of the jobs that are run twice, on another worker if there is one, and must give the same row.
+        check_seed: Seed by which these are drawn.
+        on_error: What a job that fails does: `"raise"` its error, which ends the sweep, or give a `"row"` with `error`.
+        record: A folder in which each worker writes a log of each run, KEY.log, for `tatu run --replay`.
+        progress: Show a line on the standard error output; by default on a terminal.
+
+    Raises:
+        Error: The scene or a job is invalid.
+        CheckError: A job that was run twice gave different rows.
+    """
+    if on_error not in ("raise", "row"):
+        raise ValueError(f'`on_error` is {on_error!r}; expected "raise" or "row"')
+    if not 0.0 <= check <= 1.0:
+        raise ValueError(f"a share of {check} of the jobs cannot be run again; expected `check` from 0 to 1")
+    if isinstance(executor, str) and executor != "ray":
+        raise ValueError(f'there is no executor {executor!r}; expected "ray" or an executor of concurrent.futures')
+    if isinstance(jobs, (str, os.PathLike)):
+        if scene is not None or text is not None:
+            raise TypeError("a sweep file names its scene; expected neither `scene` nor `text` besides")
+        scene, texts = _native.plan(os.fspath(jobs))
+    else:
+        texts = map(job_json, jobs)
+    drives()
+    arguments = setup(scene, text, folder, None, set, scripts, (), (), (), 1, None)
+    bundle = Bundle.of(_native.bundle(arguments))
+    keys, planned = plan(bundle, texts, check, check_seed)
+    if record is not None:
+        record = os.path.abspath(record)
+        os.makedirs(record, exist_ok=True)
+    out = None if output is None else Output(output)
+    own = None
+    try:
+        rows: Dict[str, Row] = {}
+        for key, job in planned.items():
+            old = None if out is None else out.rows.get(key)
+            if old is not None and "error" not in old:
+                rows[key] = restored(old, job.text)
+        if executor is None:
+            executor = own = Serial()
+        elif executor == "ray":
+            from ._sweep_ray import ray_executor
+
+            executor = own = ray_executor()
+        todo = [job for key, job in planned.items() if key not in rows]
+        run = Run(bundle, executor, out, on_error, record, progress, rows, len(planned))
+        run.go(todo)
+    finally:
+        try:
+            if out is not None:
+                out.finish()
+        finally:
+            if own is not None:
+                own.shutdown(wait=False)
+    return Rows(rows.values(), keys)
+
+
+def plan(bundle: Bundle, texts: Iterable[str], check: float, check_seed: int) -> Tuple[List[str], Dict[str, Planned]]:
+    """Keys in the order of the jobs, and each different job."""
+    native = opened(bundle)
+    keys: List[str] = []
+    planned: Dict[str, Planned] = {}
+    for number, text in enumerate(texts):
+        try:
+            key = native.key(text)
+        except _native.Error as e:
+            raise error(told(e), f"job {number}: ") from None
+        keys.append(key)
+        if key not in planned:
+            planned[key] = Planned(key, text, drawn(key, check, check_seed))
+    return keys, planned
+
+
+def drawn(key: str, share: float, seed: int) -> bool:
+    """Whether a job is among the share that is run again. It depends on nothing but its key and the seed."""
+    digest = hashlib.sha256(f"{seed}:{key}".encode()).digest()
+    return int.from_bytes(digest[:8], "big") < share * 2**64
+
+
+def job_json(job: Union[Job, Mapping[str, Any]]) -> str:
+    """A job as JSON."""
+    if isinstance(job, Job):
+        job = vars(job)
+    if not isinstance(job, _Mapping):
+        raise TypeError(f"a job is a tatu_sim.Job or a dict, not a {type(job).__name__}")
+    try:
+        return _encode(job)
+    except (TypeError, ValueError):
+        return json.dumps(_simple(job, "job"), ensure_ascii=False)
+
+
+def _simple(value: Any, where: str) -> Any:
+    """A value of the types that JSON has; NumPy's become Python's."""
+    if isinstance(value, _Mapping):
+        return {str(k): _simple(v, k) for k, v in value.items()}
+    if hasattr(value, "tolist"):
+        return _simple(value.tolist(), where)
+    if isinstance(value, (list, tuple)):
+        return [_simple(v, where) for v in value]
+    if isinstance(value, float) and not math.isfinite(value):
+        raise ValueError(f"`{where}` is {value}; expected a finite number")
+    if value is None or isinstance(value, (int, float, str)):
+        return value
+    raise TypeError(f"`{where}` is a {type(value).__name__}; expected a number, text, bool, list or dict")
+
+
+def restored(row: Row, text: str) -> Row:
+    """A row of a file with the parameters as the job has them: a table holds 8 among 8.5 and 9.5 as 8.0."""
+    job = json.loads(text)
+    row = {**row, "seed": job.get("seed"), "set": job.get("set") or {}}
+    metrics = row.get("metrics") or {}
+    row["metrics"] = {name: metrics.get(name) for name in sorted(job.get("metrics") or {})}
+    return row

@@ -1,0 +1,139 @@
+"""The part of a sweep that runs where its jobs do: in this process, in one of a pool, or on another machine."""
+
+import hashlib
+import multiprocessing
+import os
+import signal
+import socket
+import threading
+import time
+import zlib
+from collections import OrderedDict
+from pathlib import Path
+from typing import Any, Dict, NamedTuple, Optional, Sequence, Tuple
+
+from . import _native
+
+#: A process, and a thread of it: host, process, thread.
+Worker = Tuple[str, int, int]
+
+#: Most scenes that a process keeps open.
+_MOST_OPEN = 2
+
+_open: "OrderedDict[Tuple[int, str], Any]" = OrderedDict()
+_lock = threading.Lock()
+_driver = 0
+
+
+class Bundle(NamedTuple):
+    """A scene with all its files."""
+
+    hash: str
+    packed: bytes
+
+    @classmethod
+    def of(cls, text: str) -> "Bundle":
+        data = text.encode()
+        return cls(hashlib.sha256(data).hexdigest(), zlib.compress(data, 6))
+
+
+class Work(NamedTuple):
+    """A chunk of jobs: key and JSON. `checks` are run only by a worker that is not the one given with each."""
+
+    jobs: Sequence[Tuple[str, str]]
+    checks: Sequence[Tuple[str, str, Optional[Worker]]] = ()
+    record: Optional[str] = None
+    stop_on_error: bool = False
+
+
+class Ran(NamedTuple):
+    """A job that was run: its row as JSON, or the error; `wall` in s."""
+
+    key: str
+    row: Optional[str]
+    error: Optional[Dict[str, Any]]
+    wall: float
+
+
+class Done(NamedTuple):
+    """What became of a chunk. `left`: keys of the checks that this worker must not run."""
+
+    worker: Worker
+    ran: Sequence[Ran] = ()
+    checked: Sequence[Ran] = ()
+    left: Sequence[str] = ()
+    #: Why nothing could be run: the scene cannot be opened here.
+    refused: Optional[Dict[str, Any]] = None
+
+
+def opened(bundle: Bundle) -> Any:
+    """The scene, ready to run jobs. It stays open for the next chunk."""
+    # A process that was forked from one with an open scene has to open its own.
+    place = os.getpid(), bundle.hash
+    with _lock:
+        sweep = _open.get(place)
+        if sweep is None:
+            sweep = _open[place] = _native.Sweep(zlib.decompress(bundle.packed).decode())
+        _open.move_to_end(place)
+        while len(_open) > _MOST_OPEN:
+            (process, _), old = _open.popitem(last=False)
+            if process == os.getpid():
+                # Jobs of it that still run go on.
+                old.close()
+    return sweep
+
+
+def drives() -> None:
+    """Tells that this process is the one that gives out the work."""
+    global _driver
+    _driver = os.getpid()
+
+
+def _leave_interrupts() -> None:
+    """Ctrl-C reaches all processes of a terminal, but it is the driver that decides what becomes of the sweep."""
+    child = multiprocessing.parent_process() is not None
+    if child and threading.current_thread() is threading.main_thread():
+        signal.signal(signal.SIGINT, signal.SIG_IGN)
+
+
+def run(bundle: Bundle, work: Work) -> Done:
+    """Runs a chunk of jobs."""
+    worker = socket.gethostname(), os.getpid(), threading.get_ident()
+    if _driver != worker[1]:
+        _leave_interrupts()
+    try:
+        sweep = opened(bundle)
+    except _native.Error as e:
+        return Done(worker, refused=told(e))
+    ran = []
+    for key, job in work.jobs:
+        record = None if work.record is None else str(Path(work.record) / f"{key}.log")
+        ran.append(_one(sweep, key, job, record))
+        if ran[-1].error and work.stop_on_error:
+            return Done(worker, ran, left=[key for key, *_ in work.checks])
+    mine = [check for check in work.checks if check[2] != worker]
+    left = [check[0] for check in work.checks if check[2] == worker]
+    return Done(worker, ran, [_one(sweep, key, job, None) for key, job, _ in mine], left)
+
+
+def _one(sweep: Any, key: str, job: str, record: Optional[str]) -> Ran:
+    begin = time.perf_counter()
+    try:
+        row, error = sweep.run(job, record), None
+    except _native.Error as e:
+        row, error = None, told(e)
+    return Ran(key, row, error, time.perf_counter() - begin)
+
+
+def told(e: BaseException) -> Dict[str, Any]:
+    """An error as data, which any executor can carry."""
+    names = ("code", "text", "help", "file", "line")
+    return {"message": str(e), **{name: getattr(e, name, None) for name in names}}
+
+
+def error(told: Dict[str, Any], prefix: str = "", kind: type = _native.Error) -> BaseException:
+    """The error again."""
+    e = kind(prefix + told["message"])
+    for name in ("code", "text", "help", "file", "line"):
+        setattr(e, name, told.get(name))
+    return e
