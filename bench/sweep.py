@@ -1,16 +1,19 @@
 """What a sweep costs beyond its runs: jobs over Ray, with two workers of one CPU each, beside the same jobs run by one
 plain process a core.
 
-    python bench/sweep.py                  # 10,000 jobs of 1 s of simulation, in three turns
-    python bench/sweep.py --quick          # 1,000 jobs, one turn
+    python bench/sweep.py                  # 10,000 jobs of 1 s of simulation
+    python bench/sweep.py --quick          # 1,000 jobs
 
 Needs `tatu_sim` and `ray`. Everything runs in namespaces of its own, without a network (python/tests/ray_cluster.py).
-Times include the start of the processes and the loading of plugins, but not the start of the cluster.
+The two are under way together and run in turns of half a second, while the other is stopped, so that what else the
+machine does meets both. Times include opening the scene and Ray's start of its workers, but neither the start of the
+cluster nor imports.
 """
 
 import argparse
 import os
-import resource
+import select
+import signal
 import statistics
 import subprocess
 import sys
@@ -23,9 +26,9 @@ sys.path.insert(0, str(ROOT / "python/tests"))
 from ray_cluster import ADDRESS, JOIN, Cluster, NotAllowed, run_in_namespaces  # noqa: E402
 
 WORKERS = 2
-METRICS = {
-    "way": {"object": "/Pioneer_p3dx", "field": "object.world_pose", "index": 0, "over": "way"},
-}
+TURN = 0.5  # s
+#: A number that each scene has.
+METRICS = {"gravity": {"object": "", "field": "scene.gravity", "index": 2}}
 
 
 def jobs(args):
@@ -43,30 +46,117 @@ def native(args):
     return _native.Sweep(_native.bundle(scene))
 
 
+def ready():
+    """Waits for the start."""
+    print("ready", flush=True)
+    sys.stdin.readline()
+
+
 def plain(args):
     """One process of the comparison: every second job, one after the other, and nothing else."""
     from tatu_sim._sweep import job_json
 
-    sweep = native(args)
     texts = [job_json(job) for job in jobs(args)[args.plain :: WORKERS]]
-    begin = time.perf_counter()
+    ready()
+    sweep = native(args)
+    walls = []
     for text in texts:
+        begin = time.perf_counter()
         sweep.run(text)
-    print(time.perf_counter() - begin)
+        walls.append(time.perf_counter() - begin)
+    print(statistics.median(walls), flush=True)
 
 
-def plain_processes(argv):
-    """Wall time, the mean wall time of the loops alone, and CPU time, s."""
-    before = resource.getrusage(resource.RUSAGE_CHILDREN)
-    begin = time.perf_counter()
-    processes = [
-        subprocess.Popen([sys.executable, __file__, *argv, f"--plain={k}"], stdout=subprocess.PIPE, text=True)
-        for k in range(WORKERS)
-    ]
-    loops = [float(p.communicate()[0]) for p in processes]
-    wall = time.perf_counter() - begin
-    after = resource.getrusage(resource.RUSAGE_CHILDREN)
-    return wall, statistics.mean(loops), after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
+def over_ray(args):
+    """The program that runs the sweep."""
+    import tatu_sim
+
+    all_jobs = jobs(args)
+    executor = tatu_sim.ray_executor(ADDRESS, **JOIN)
+    tatu_sim.sweep  # Imports what it needs.
+    ready()
+    begin = time.process_time()
+    rows = tatu_sim.sweep(all_jobs, args.scene, executor=executor, check=args.check, output=args.output)
+    used = time.process_time() - begin
+    assert len(rows) == args.jobs
+    print(statistics.median(row["wall_s"] for row in rows), used, len({row["pid"] for row in rows}), flush=True)
+    executor.shutdown()
+
+
+class Side:
+    """Programs that run together, and how long they have been let run, s."""
+
+    def __init__(self, argv, *kinds):
+        def start(kind):
+            # Programs that fail say so on the standard error output.
+            command = [sys.executable, __file__, *argv, kind]
+            return subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
+
+        self.programs = [start(kind) for kind in kinds]
+        for program in self.programs:
+            assert program.stdout.readline() == "ready\n", "a program did not start"
+        self.time, self.answers = 0.0, []
+
+    def begin(self):
+        for program in self.programs:
+            program.stdin.write("go\n")
+            program.stdin.flush()
+
+    def let_run(self, seconds):
+        begin = time.monotonic()
+        waiting = {p.stdout: p for p in self.programs[len(self.answers) :]}
+        while len(self.answers) < len(self.programs) and time.monotonic() < begin + seconds:
+            # In order, as the time is over only when all have ended.
+            stdout = next(iter(waiting))
+            if select.select([stdout], [], [], max(0.0, begin + seconds - time.monotonic()))[0]:
+                self.answers.append(stdout.readline().split())
+                assert self.answers[-1], "a program failed"
+                waiting.pop(stdout)
+        self.time += time.monotonic() - begin
+
+    @property
+    def done(self):
+        return len(self.answers) == len(self.programs)
+
+
+def signal_all(number, pids):
+    for pid in pids:
+        try:
+            os.kill(pid, number)
+        except ProcessLookupError:
+            continue
+
+
+def processes():
+    return {int(name) for name in os.listdir("/proc") if name.isdigit()} - {os.getpid()}
+
+
+def in_turns(args, argv):
+    cluster = Cluster(workers=WORKERS)
+    ray = Side(argv, "--over-ray")
+    plain = Side(argv, *(f"--plain={k}" for k in range(WORKERS)))
+    of_plain = {program.pid for program in plain.programs}
+    sides = {plain: lambda: of_plain, ray: lambda: processes() - of_plain}
+    for side, pids in sides.items():
+        signal_all(signal.SIGSTOP, pids())
+        side.begin()
+    before = cluster.cpu_seconds()
+    while not (ray.done and plain.done):
+        for side, pids in sides.items():
+            if not side.done:
+                signal_all(signal.SIGCONT, pids())
+                side.let_run(TURN)
+                # What was started meanwhile is stopped as well.
+                for _ in range(2):
+                    signal_all(signal.SIGSTOP, pids())
+    cpu = cluster.cpu_seconds() - before
+    signal_all(signal.SIGCONT, processes())
+    job = statistics.mean(float(answer[0]) for answer in plain.answers)
+    job_over_ray, driver, workers = map(float, ray.answers[0])
+    print(f"{WORKERS} plain processes: {plain.time:.2f} s, the median job {1e3 * job:.2f} ms")
+    print(f"over Ray, {workers:.0f} workers: {ray.time:.2f} s, the median job {1e3 * job_over_ray:.2f} ms; ", end="")
+    print(f"CPU time of the driver {driver:.2f} s, of everything {cpu:.2f} s")
+    print(f"Ray costs {ray.time / plain.time - 1:+.1%} beyond plain processes")
 
 
 def parts(args):
@@ -77,46 +167,15 @@ def parts(args):
     sweep = native(args)
     opened = time.perf_counter() - begin
     times = {}
-    for seconds in (0.0, args.seconds) * 5:
+    for seconds in (0.0, args.seconds) * 10:
         texts = [job_json(Job(seconds, seed=seed, metrics=METRICS)) for seed in range(20)]
         begin = time.perf_counter()
         for text in texts:
             sweep.run(text)
         times.setdefault(seconds, []).append((time.perf_counter() - begin) / len(texts))
     load, whole = min(times[0.0]), min(times[args.seconds])
-    print(
-        f"a job of {args.seconds:g} s takes {1e3 * whole:.2f} ms: {1e3 * load:.2f} ms ({load / whole:.0%}) for loading "
-        f"the scene, {1e3 * (whole - load):.2f} ms for the steps; opening the plugins took {1e3 * opened:.0f} ms, once "
-        "a process"
-    )
-
-
-def inside(args, argv):
-    import tatu_sim
-
-    parts(args)
-    cluster = Cluster(workers=WORKERS)
-    ratios = []
-    for turn in range(args.turns):
-        wall, loops, cpu = plain_processes(argv)
-        print(f"turn {turn + 1}: {WORKERS} plain processes {wall:7.2f} s, CPU {cpu:7.2f} s (loops alone {loops:.2f} s)")
-        executor = tatu_sim.ray_executor(ADDRESS, **JOIN)
-        cpu_before = cluster.cpu_seconds()
-        begin = time.perf_counter()
-        rows = tatu_sim.sweep(jobs(args), args.scene, executor=executor, check=0.0, output=args.output)
-        ray_wall = time.perf_counter() - begin
-        ray_cpu = cluster.cpu_seconds() - cpu_before
-        executor.shutdown()
-        ran = sum(row["wall_s"] for row in rows)
-        print(
-            f"        over Ray          {ray_wall:7.2f} s, CPU {ray_cpu:7.2f} s (jobs alone {ran / WORKERS:.2f} s): "
-            f"{ray_wall / wall - 1:+.1%}, CPU {ray_cpu / cpu - 1:+.1%}"
-        )
-        assert len(rows) == args.jobs
-        ratios.append(ray_wall / wall)
-        if args.output:
-            os.unlink(args.output)
-    print(f"Ray costs {statistics.median(ratios) - 1:+.1%} beyond plain processes (median of {args.turns})")
+    print(f"a job of {args.seconds:g} s takes {1e3 * whole:.2f} ms: {1e3 * load:.2f} ms ({load / whole:.0%}) to load")
+    print(f"the scene, {1e3 * (whole - load):.2f} ms for the steps; the plugins are opened in {1e3 * opened:.0f} ms")
 
 
 def main():
@@ -124,19 +183,23 @@ def main():
     parser.add_argument("--jobs", type=int, default=10_000)
     parser.add_argument("--seconds", type=float, default=1.0, help="simulation time of a job")
     parser.add_argument("--scene", default=str(ROOT / "scenes/first/pioneer_avoids_walls.toml"))
-    parser.add_argument("--turns", type=int, default=3)
-    parser.add_argument("--output", help="also write the rows to this file")
+    parser.add_argument("--check", type=float, default=0.0, help="share of the jobs that Ray runs twice")
+    parser.add_argument("--output", help="write the rows to this file, which must not exist")
     parser.add_argument("--quick", action="store_true")
     parser.add_argument("--plain", type=int, help=argparse.SUPPRESS)
+    parser.add_argument("--over-ray", action="store_true", help=argparse.SUPPRESS)
     parser.add_argument("--inside", action="store_true", help=argparse.SUPPRESS)
     args = parser.parse_args()
     if args.quick:
-        args.jobs, args.turns = min(args.jobs, 1000), 1
+        args.jobs = min(args.jobs, 1000)
     argv = [a for a in sys.argv[1:] if a != "--inside"]
     if args.plain is not None:
         plain(args)
+    elif args.over_ray:
+        over_ray(args)
     elif args.inside:
-        inside(args, argv)
+        parts(args)
+        in_turns(args, argv)
     else:
         try:
             sys.exit(run_in_namespaces([sys.executable, __file__, *argv, "--inside"]).returncode)

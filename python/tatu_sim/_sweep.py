@@ -91,29 +91,32 @@ def sweep(
     drives()
     arguments = setup(scene, text, folder, None, set, scripts, (), (), (), 1, None)
     bundle = Bundle.of(_native.bundle(arguments))
-    keys, planned = plan(bundle, texts, check, check_seed)
     if record is not None:
         record = os.path.abspath(record)
         os.makedirs(record, exist_ok=True)
     out = None if output is None else Output(output)
-    own = None
+    own = run = None
     try:
-        rows: Dict[str, Row] = {}
-        for key, job in planned.items():
-            old = None if out is None else out.rows.get(key)
-            if old is not None and "error" not in old:
-                rows[key] = restored(old, job.text)
         if executor is None:
             executor = own = Serial()
         elif executor == "ray":
             from ._sweep_ray import ray_executor
 
             executor = own = ray_executor()
-        todo = [job for key, job in planned.items() if key not in rows]
-        run = Run(bundle, executor, out, on_error, record, progress, rows, len(planned))
-        run.go(todo)
+        run = Run(bundle, executor, out, on_error, record)
+        # Workers open the scene while jobs are read here.
+        run.warm_up()
+        keys, planned = plan(bundle, texts, check, check_seed)
+        rows: Dict[str, Row] = {}
+        for key, job in planned.items():
+            old = None if out is None else out.rows.get(key)
+            if old is not None and "error" not in old:
+                rows[key] = restored(old, job.text)
+        run.go([job for key, job in planned.items() if key not in rows], rows, progress)
     finally:
         try:
+            if run is not None:
+                run.cancel()
             if out is not None:
                 out.finish()
         finally:

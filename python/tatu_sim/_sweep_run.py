@@ -66,17 +66,10 @@ class Run:
     """A sweep that is under way."""
 
     def __init__(
-        self,
-        bundle: Bundle,
-        executor: Executor,
-        out: Optional[Output],
-        on_error: str,
-        record: Optional[str],
-        progress: Optional[bool],
-        rows: Dict[str, Row],
-        total: int,
+        self, bundle: Bundle, executor: Executor, out: Optional[Output], on_error: str, record: Optional[str]
     ):
-        self.executor, self.out, self.record, self.rows, self.total = executor, out, record, rows, total
+        self.executor, self.out, self.record = executor, out, record
+        self.rows: Dict[str, Row] = {}
         self.stop_on_error = on_error == "raise"
         share = getattr(executor, "share", None)
         self.bundle = bundle if share is None else share(bundle)
@@ -92,12 +85,23 @@ class Run:
         self.largest = 1
         self.synced = time.monotonic()
         self.slots, self.slots_at = 1, -1e9
-        self.line = Line(total, len(rows), progress)
 
-    def go(self, todo: List[Planned]) -> None:
-        """Runs the jobs."""
+    def warm_up(self) -> None:
+        """Lets the workers open the scene."""
+        if not isinstance(self.executor, Serial):
+            self.count_slots()
+            for _ in range(self.slots):
+                self.submit(Chunk([], []))
+
+    def go(self, todo: List[Planned], rows: Dict[str, Row], progress: Optional[bool]) -> None:
+        """Runs the jobs, and adds their rows to those that are there."""
         self.todo.extend(todo)
+        self.rows = rows
+        total = len(todo) + len(rows)
+        self.line = Line(total, len(rows), progress)
         try:
+            if not todo:
+                return
             while self.give() or self.later:
                 wait = 0.5
                 if not self.pending:
@@ -113,7 +117,7 @@ class Run:
             if self.out is not None:
                 logger.warning(
                     "the sweep was ended (%s) with %d of %d rows, which are in %s: the same call continues it",
-                    type(e).__name__, len(self.rows), self.total, self.out.path,
+                    type(e).__name__, len(self.rows), total, self.out.path,
                 )
             raise
         finally:
@@ -237,6 +241,8 @@ class Run:
             ) from e
         if not callable(lost) or not lost(e):
             raise e
+        if not chunk.jobs and not chunk.checks:
+            return
         if len(chunk.jobs) + len(chunk.checks) > 1:
             # One of them may end every worker that takes it: each goes alone.
             for job in chunk.jobs:
@@ -254,10 +260,14 @@ class Run:
         chunks = [chunk, *self.pending.values()]
         return sorted(job.key for c in chunks for job in [*c.jobs, *(check.job for check in c.checks)])
 
-    def abandon(self) -> None:
-        """Cancels what waits, and takes the rows of what ends soon."""
+    def cancel(self) -> None:
+        """Cancels what waits."""
         for future in list(self.pending):
             future.cancel()
+
+    def abandon(self) -> None:
+        """Cancels what waits, and takes the rows of what ends soon."""
+        self.cancel()
         self.stop_on_error = False
         end = time.monotonic() + GRACE
         while self.pending and time.monotonic() < end:

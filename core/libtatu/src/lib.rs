@@ -1,16 +1,14 @@
 //! The simulator as a library: the functions of `include/tatu_world.h`, which is their manual.
 //!
 //! - `answer`: errors, and the guard around each function; `open`: the worlds that are open;
-//! - `setup`: what a world is made of; this file: the functions.
+//! - `given`: what callers pass; `setup`: what a world is made of; this file: the functions.
 
 mod answer;
+mod given;
 mod open;
 mod setup;
 
-use std::{
-    ffi::{CStr, c_char},
-    ptr::null_mut,
-};
+use std::{ffi::c_char, ptr::null_mut};
 
 use tatu_core::{LogLine, state::Snapshot};
 use tatu_embed::View;
@@ -21,33 +19,10 @@ use tatu_plugin_api::{
 
 use crate::{
     answer::{Wrong, guarded, status},
+    given::{bytes, give, text},
     open::{Handle, Lent, with},
     setup::tatu_world_setup,
 };
-
-/// Takes a text of the caller.
-///
-/// # Safety
-/// `text` is null or ends with 0, and lives for `'a`.
-unsafe fn text<'a>(text: *const c_char, what: &str) -> Result<&'a str, Wrong> {
-    if text.is_null() {
-        return Err(Wrong::argument(format!("{what} is null")));
-    }
-    // SAFETY: the caller promises it.
-    let text = unsafe { CStr::from_ptr(text) };
-    text.to_str().map_err(|_| Wrong::argument(format!("{what} is not UTF-8")))
-}
-
-/// Writes a result, if the caller wants it.
-///
-/// # Safety
-/// `out` is null or a place for a `T`.
-unsafe fn give<T>(out: *mut T, value: T) {
-    if !out.is_null() {
-        // SAFETY: the caller promises it; what was there may be uninitialised, so it is not dropped.
-        unsafe { out.write(value) }
-    }
-}
 
 #[unsafe(no_mangle)]
 unsafe extern "C" fn tatu_world_open(setup: *const tatu_world_setup) -> *mut Handle {
@@ -250,8 +225,7 @@ unsafe extern "C" fn tatu_world_snapshot(world: *mut Handle, out: *mut tatu_str)
 unsafe extern "C" fn tatu_world_restore(world: *mut Handle, snapshot: tatu_str) -> tatu_status {
     status(|| {
         // SAFETY: by the contract, bytes that live through the call.
-        let bytes = unsafe { setup::bytes(snapshot) };
-        let snapshot = Snapshot::from_bytes(bytes)?;
+        let snapshot = Snapshot::from_bytes(unsafe { bytes(snapshot) })?;
         with(world, |seat, _| Ok(seat.restore(&snapshot)?))
     })
 }

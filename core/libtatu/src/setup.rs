@@ -5,7 +5,10 @@ use std::{ffi::c_char, path::PathBuf};
 use tatu_embed::{Scene, Setup, search::scene_file};
 use tatu_plugin_api::abi::tatu_str;
 
-use crate::{answer::Wrong, text};
+use crate::{
+    answer::Wrong,
+    given::{bytes, text},
+};
 
 /// `tatu_world_setup` of the header.
 #[repr(C)]
@@ -57,18 +60,6 @@ pub unsafe fn read(setup: *const tatu_world_setup) -> Result<Setup, Wrong> {
             threads: given.threads.max(1) as usize,
             ..Setup::new(scene)
         })
-    }
-}
-
-/// Takes the bytes of a text.
-///
-/// # Safety
-/// `text` is as long as it says, and lives for `'a`.
-pub unsafe fn bytes<'a>(text: tatu_str) -> &'a [u8] {
-    match text.ptr.is_null() || text.len == 0 {
-        true => &[],
-        // SAFETY: the caller promises it.
-        false => unsafe { std::slice::from_raw_parts(text.ptr.cast(), text.len as usize) },
     }
 }
 

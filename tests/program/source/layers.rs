@@ -26,7 +26,7 @@ fn sources() -> Vec<PathBuf> {
             }
         }
     }
-    let mut out = vec![root().join("cli"), root().join("plugin-api/src")];
+    let mut out = vec![root().join("cli"), root().join("plugin-api/src"), root().join("python/src")];
     find(&root().join("core"), &mut out);
     find(&root().join("plugins"), &mut out);
     out.sort();

@@ -1,0 +1,385 @@
+"""Episodes of an environment in many worlds at once; `tatu_sim.gym` makes environments of Gymnasium of it.
+
+Everything is computed for all worlds together, by operations in which a row does not depend on the others: `n` worlds
+give the same bits as each of them alone.
+"""
+
+import re
+from typing import Any, Callable, Dict, List, Mapping, NamedTuple, Optional, Sequence, Tuple
+
+import numpy as np
+
+from ._batch import Batch
+from ._env import Description, Observed, Source, Term, describe
+from ._native import Error
+from ._world import PathLike, World
+
+#: Of observations, actions (clipped, `float64`) and what is watched, in all worlds: one value for each world.
+Function = Callable[[np.ndarray, np.ndarray, Dict[str, np.ndarray]], np.ndarray]
+
+
+class Began(NamedTuple):
+    """How the episode of a world began."""
+
+    seed: int
+    #: All changes to the scene, drawn or not.
+    changes: Dict[str, Any]
+
+
+class Episodes:
+    """`n` worlds with an environment.
+
+    Args:
+        n: Number of worlds.
+        scene, text, folder, scripts, allow, plugins, files, quiet: As for `Batch`.
+        env: Keys that replace those of the scene's table `[env]`; None removes one.
+        set: Changes to the scene, the same for all worlds.
+        threads: Number of threads.
+        reward, end: Functions that are added to the terms of the table.
+        dtype: Of observations and actions.
+    """
+
+    def __init__(
+        self,
+        n: int,
+        scene: Optional[PathLike] = None,
+        *,
+        text: Optional[str] = None,
+        folder: PathLike = ".",
+        env: Optional[Mapping[str, Any]] = None,
+        set: Optional[Mapping[str, Any]] = None,
+        scripts: Optional[Mapping[str, PathLike]] = None,
+        allow: Sequence[str] = (),
+        plugins: Sequence[PathLike] = (),
+        files: Optional[PathLike] = None,
+        threads: Optional[int] = None,
+        quiet: bool = False,
+        reward: Optional[Function] = None,
+        end: Optional[Function] = None,
+        dtype: Any = np.float32,
+    ):
+        self.n = n
+        self.dtype = np.dtype(dtype)
+        self._reward, self._end = reward, end
+        self._set = dict(set or {})
+        self._scene = {"scene": scene, "text": text, "folder": folder, "scripts": scripts, "allow": allow}
+        self._scene.update(plugins=plugins, files=files)
+        self._viewer: Optional[World] = None
+        self._began: List[Optional[Began]] = [None] * n
+        # A list is for all worlds, here.
+        for_each = {key: [value] * n for key, value in self._set.items()}
+        self.batch = Batch(n=n, set=for_each, threads=threads, quiet=quiet, **self._scene)
+        #: Steps of the current episode in each world.
+        self.elapsed = np.zeros(n, dtype=np.int64)
+        try:
+            self.description = self._described(env)
+            self._bind(self.description)
+            if self.description.random:
+                # A change that the scene does not take is found now, and not in the first reset.
+                with _Place("[env.random]"):
+                    self.begin([0], [np.random.default_rng(0)])
+        except BaseException:
+            self.batch.close()
+            raise
+        #: Length of a step of the environment, s.
+        self.dt = self.batch.dt * self.description.steps
+        self._limit = self.description.limit(self.batch.dt)
+
+    # ------------------------------------------------------------------------------------------------- the description
+
+    def _described(self, env: Optional[Mapping[str, Any]]) -> Description:
+        if hasattr(self.batch._native, "env"):
+            table = self.batch._native.env()
+        else:
+            with World(set=self._set, **self._scene) as world:
+                table = world._native.env()
+        if table is None and env is None:
+            raise ValueError("the scene has no table [env], which describes the environment; write one, or give `env=`")
+        if env is not None and not isinstance(env, Mapping):
+            raise ValueError(f"`env` is a {type(env).__name__}; expected a dict with the keys of the table [env]")
+        both = {**(table or {}), **(env or {})}
+        return describe({key: value for key, value in both.items() if value is not None})
+
+    def _bind(self, d: Description) -> None:
+        """Find all numbers in the worlds."""
+        terms = [*d.reward, *d.end]
+        sources = [o.source for o in d.observe] + [t.source for t in terms if t.source] + list(d.watch.values())
+        names = dict.fromkeys((path, s.field) for s in sources for path in s.objects)
+        acted = [((path, a.field), a) for a in d.act for path in a.objects]
+        # One by one, so that errors name the place.
+        for s in sources:
+            with _Place(s.place):
+                self.batch.bind([(path, s.field) for path in s.objects])
+        for name, a in acted:
+            with _Place(a.place):
+                self.batch.bind([name], [name])
+                # Setting what it is tells whether it can be set at all.
+                self.batch.step(self.batch.observations, 0)
+        self.batch.bind(list(names), [name for name, _ in acted])
+        seen, set_ = self.batch.shapes
+        sizes = [int(np.prod(shape, dtype=int)) for shape in seen]
+        starts = np.concatenate([[0], np.cumsum(sizes)]).astype(int)
+        at = {name: np.arange(starts[i], starts[i + 1]) for i, name in enumerate(names)}
+        self._observe = Observer([(o, Numbers(o.source, at)) for o in d.observe], self.dtype)
+        sizes = [int(np.prod(shape, dtype=int)) for shape in set_]
+        #: Bounds of the numbers of an action.
+        self.act_low = np.repeat([a.low for _, a in acted], sizes)
+        self.act_high = np.repeat([a.high for _, a in acted], sizes)
+        self._terms = [Value(t, at, len(self.act_low)) for t in d.reward]
+        self._conditions = [Value(t, at, len(self.act_low)) for t in d.end]
+        self._watch = {name: Numbers(s, at) for name, s in d.watch.items()}
+
+    @property
+    def observe_bounds(self) -> Tuple[np.ndarray, np.ndarray]:
+        """Least and greatest observations."""
+        return self._observe.least, self._observe.greatest
+
+    # ----------------------------------------------------------------------------------------------------- the episodes
+
+    def begin(
+        self, worlds: Sequence[int], randoms: Sequence[np.random.Generator], extra: Optional[Mapping[str, Any]] = None
+    ) -> List[Dict[str, Any]]:
+        """Begin episodes in these worlds, and return their infos. What is random is drawn from their generators.
+
+        Drawn are the seed of the world, and then the changes of `[env.random]` in their order.
+        """
+        for world, random in zip(worlds, randoms):
+            seed = int(random.integers(1 << 53))
+            changes = {d.key: d.draw(random) for d in self.description.random}
+            self._began[world] = Began(seed, {**self._set, **changes, **(extra or {})})
+        began = [self._began[world] for world in worlds]
+        self.batch.reset(list(worlds), seeds=[b.seed for b in began], sets=[b.changes for b in began])
+        if self.description.settle:
+            mask = np.zeros(self.n, dtype=bool)
+            mask[list(worlds)] = True
+            self.batch.step(None, self.description.settle, worlds=mask)
+        self.elapsed[list(worlds)] = 0
+        keys = [d.key for d in self.description.random]
+        return [{"seed": b.seed, **({"random": {k: b.changes[k] for k in keys}} if keys else {})} for b in began]
+
+    def observe(self) -> np.ndarray:
+        """Observations in all worlds."""
+        return self._observe(self.batch._out, gaps=True)
+
+    def advance(
+        self, actions: np.ndarray, worlds: Optional[np.ndarray] = None
+    ) -> Tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+        """Do a step of the environment in the worlds of a mask, by default in all.
+
+        Returns:
+            Observations, rewards, whether the episode has ended, and whether it was cut off, in all worlds; worlds that
+            were not stepped have the reward 0, and have neither ended nor been cut off.
+        """
+        given = np.asarray(actions, dtype=np.float64).reshape(self.n, -1)
+        if given.shape[1] != len(self.act_low):
+            raise ValueError(f"{given.shape[1]} numbers of an action were given; expected {len(self.act_low)}")
+        clipped = np.minimum(np.maximum(given, self.act_low), self.act_high)
+        if not np.isfinite(clipped).all():
+            raise ValueError("an action is NaN; expected numbers: the policy may have diverged")
+        numbers = self.batch.step(clipped, self.description.steps, worlds=worlds)
+        gaps = bool(np.isnan(numbers).any())
+        observations = self._observe(numbers, gaps)
+        rewards = np.zeros(self.n)
+        for value in self._terms:
+            rewards += value.reward(numbers, clipped, gaps)
+        # A script that stops its world ends the episode.
+        ended = ~self.batch.running
+        for value in self._conditions:
+            ended |= value.holds(numbers, clipped, gaps)
+        if self._reward is not None or self._end is not None:
+            watched = {name: pick(numbers, gaps) for name, pick in self._watch.items()}
+            if self._reward is not None:
+                rewards += self._checked("reward", self._reward(observations, clipped, watched))
+            if self._end is not None:
+                ended |= self._checked("end", self._end(observations, clipped, watched)).astype(bool)
+        if worlds is None:
+            self.elapsed += 1
+        else:
+            self.elapsed += worlds
+            rewards[~worlds] = 0.0
+            ended &= worlds
+        if self._limit is None:
+            cut = np.zeros(self.n, dtype=bool)
+        else:
+            cut = self.elapsed >= self._limit
+            if worlds is not None:
+                cut &= worlds
+        return observations, rewards, ended, cut
+
+    def _checked(self, name: str, values: Any) -> np.ndarray:
+        values = np.asarray(values)
+        if values.shape != (self.n,):
+            expected = f"expected one value for each world, ({self.n},)"
+            raise ValueError(f"`{name}` returned an array of shape {values.shape}; {expected}")
+        return values
+
+    def picture(self, world: int, camera: Optional[str], size: Tuple[int, int]) -> np.ndarray:
+        """A picture of a world."""
+        began = self._began[world] or Began(0, self._set)
+        if self._viewer is None:
+            self._viewer = World(seed=began.seed, set=began.changes, **self._scene)
+        else:
+            self._viewer.reset(began.seed, began.changes)
+        self._viewer.restore(self.batch.snapshot(world))
+        return self._viewer.render(camera, size=size)
+
+    def close(self) -> None:
+        """End all worlds."""
+        self.batch.close()
+        if self._viewer is not None:
+            self._viewer.close()
+
+    def __enter__(self) -> "Episodes":
+        return self
+
+    def __exit__(self, *_: Any) -> None:
+        self.close()
+
+
+class _Place:
+    """Tells where the description is wrong, if the simulator refuses a part of it."""
+
+    def __init__(self, place: str):
+        self.place = place
+
+    def __enter__(self) -> None:
+        pass
+
+    def __exit__(self, _kind: Any, error: Any, _trace: Any) -> None:
+        if isinstance(error, Error):
+            # It is the same in all worlds.
+            text = re.sub("^world 0: ", "", getattr(error, "text", None) or str(error))
+            raise ValueError(f"{self.place}: {text}") from error
+
+
+# ------------------------------------------------------------------------------------------------------------- numbers
+
+
+class Numbers:
+    """Picks the numbers of a source out of those that a batch observes: one row for each world."""
+
+    def __init__(self, source: Source, at: Mapping[Tuple[str, str], np.ndarray]):
+        columns = []
+        for path in source.objects:
+            all_ = at[path, source.field]
+            if source.index is None:
+                columns.append(all_)
+                continue
+            if max(source.index) >= len(all_):
+                have = f"has {len(all_)} numbers" if len(all_) != 1 else "is one number"
+                expected = f"expected indices from 0 to {len(all_) - 1}"
+                raise ValueError(f"{source.place} index: `{source.field}` of `{path}` {have}; {expected}")
+            columns.append(all_[list(source.index)])
+        self.columns = np.concatenate(columns)
+        self.reduce = source.reduce
+        self.nan, self.zero = source.nan, source.zero
+        self.size = len(self.columns) if source.reduce is None else 1
+        if source.reduce is not None and not len(self.columns):
+            raise ValueError(f"{source.place} reduce: `{source.field}` has no numbers")
+
+    def __call__(self, numbers: np.ndarray, gaps: bool) -> np.ndarray:
+        """`gaps`: whether there may be NaN among the numbers."""
+        x = numbers.take(self.columns, axis=1)
+        if gaps:
+            x[np.isnan(x)] = self.nan
+        if self.zero is not None:
+            x[x == 0.0] = self.zero
+        return x if self.reduce is None else reduced(x, self.reduce)[:, None]
+
+
+def reduced(x: np.ndarray, how: str) -> np.ndarray:
+    """One number for each row. Rows are contiguous, so that each is summed in the same order, however many there are."""
+    if how == "first":
+        return x[:, 0].copy()
+    if how == "min":
+        return np.minimum.reduce(x, axis=1)
+    if how == "max":
+        return np.maximum.reduce(x, axis=1)
+    if how == "norm":
+        x = x * x
+    total = np.add.reduce(x, axis=1)
+    return np.sqrt(total) if how == "norm" else total / x.shape[1] if how == "mean" else total
+
+
+class Observer:
+    """Makes observations of the numbers of a batch."""
+
+    def __init__(self, parts: List[Tuple[Observed, Numbers]], dtype: np.dtype):
+        self.dtype = dtype
+        sizes = [pick.size for _, pick in parts]
+
+        def each(values):
+            return np.repeat(np.array(list(values), dtype=float), sizes)
+
+        self.low, self.high = each(o.low for o, _ in parts), each(o.high for o, _ in parts)
+        self.offset, self.scale = each(o.offset for o, _ in parts), each(o.scale for o, _ in parts)
+        self.nan = each(pick.nan for _, pick in parts)
+        zero = each(np.nan if pick.zero is None else pick.zero for _, pick in parts)
+        self.zero = None if np.isnan(zero).all() else zero
+        self.has_zero = ~np.isnan(zero)
+        # All are taken at once if none is reduced.
+        plain = all(pick.reduce is None for _, pick in parts)
+        self.columns = np.concatenate([pick.columns for _, pick in parts]) if plain else None
+        self.picks = [pick for _, pick in parts]
+        ends = self._scaled(self.low.copy()), self._scaled(self.high.copy())
+        self.least, self.greatest = np.minimum(*ends).astype(dtype), np.maximum(*ends).astype(dtype)
+
+    def _scaled(self, x: np.ndarray) -> np.ndarray:
+        x += self.offset
+        x *= self.scale
+        return x
+
+    def __call__(self, numbers: np.ndarray, gaps: bool) -> np.ndarray:
+        if self.columns is None:
+            x = np.concatenate([pick(numbers, gaps) for pick in self.picks], axis=1)
+        else:
+            x = numbers.take(self.columns, axis=1)
+            if gaps:
+                np.copyto(x, self.nan, where=np.isnan(x))
+            if self.zero is not None:
+                np.copyto(x, self.zero, where=(x == 0.0) & self.has_zero)
+        np.maximum(x, self.low, out=x)
+        np.minimum(x, self.high, out=x)
+        return self._scaled(x).astype(self.dtype)
+
+
+class Value:
+    """A term of the reward, or a condition of the end, in all worlds."""
+
+    def __init__(self, term: Term, at: Mapping[Tuple[str, str], np.ndarray], actions: int):
+        self.term = term
+        self.pick = None if term.source is None else Numbers(term.source, at)
+        self.columns = None
+        if self.pick is not None and self.pick.size != 1:
+            found = f"`{term.source.field}` stands for {self.pick.size} numbers, but one is needed"
+            raise ValueError(f"{term.place}: {found}; choose it by `index`, or combine them by `reduce`")
+        if term.action is not None:
+            self.columns = np.arange(actions) if term.index is None else np.array(term.index)
+            if max(self.columns) >= actions:
+                expected = f"expected indices from 0 to {actions - 1}"
+                raise ValueError(f"{term.place} index: an action has {actions} numbers; {expected}")
+
+    def _value(self, numbers: np.ndarray, actions: np.ndarray, gaps: bool) -> np.ndarray:
+        if self.pick is not None:
+            return self.pick(numbers, gaps)[:, 0]
+        return reduced(actions.take(self.columns, axis=1), self.term.action)
+
+    def holds(self, numbers: np.ndarray, actions: np.ndarray, gaps: bool) -> np.ndarray:
+        """Whether the value is within the bounds of the term."""
+        return self._within(self._value(numbers, actions, gaps))
+
+    def _within(self, x: np.ndarray) -> np.ndarray:
+        above, below = self.term.above, self.term.below
+        if above is None:
+            return x < below
+        return x > above if below is None else (x > above) & (x < below)
+
+    def reward(self, numbers: np.ndarray, actions: np.ndarray, gaps: bool) -> Any:
+        """The term times its weight."""
+        term = self.term
+        if self.pick is None and self.columns is None:
+            return term.weight * term.constant
+        x = self._value(numbers, actions, gaps)
+        if term.above is not None or term.below is not None:
+            return np.where(self._within(x), term.weight, 0.0)
+        return term.weight * x
