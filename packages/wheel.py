@@ -34,7 +34,7 @@ def main() -> int:
     env = {**os.environ, "CARGO_TARGET_DIR": str(target), "PATH": f"{tools}{os.pathsep}{os.environ['PATH']}"}
     wheel = ["maturin", "build", "--release", "--locked", "--manifest-path", "python/Cargo.toml", "--out", str(args.out)]
     if not args.local:
-        packages = ["-p", "tatu", "-p", "tatu-testhost"]
+        packages = ["-p", "tatu", "-p", "libtatu"]
         run(["cargo", "zigbuild", "--release", "--locked", "--target", f"{TRIPLE}.{GLIBC}", *packages], env)
         env["TATU_WHEEL_PLUGINS"] = str(target / TRIPLE / "release")
         wheel += ["--zig", "--target", TRIPLE, "--compatibility", f"manylinux_{GLIBC.replace('.', '_')}"]

@@ -2,7 +2,7 @@
 
 use std::sync::{Mutex, PoisonError};
 
-use numpy::{PyArray2, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2, PyUntypedArrayMethods};
+use numpy::{PyArray1, PyArray2, PyArray3, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2, PyUntypedArrayMethods};
 use pyo3::{
     exceptions::PyValueError,
     prelude::*,
@@ -13,7 +13,7 @@ use tatu_embed::{Seat, Setup};
 
 use crate::{
     error, table, value,
-    world::{Arguments, tag_of_line},
+    world::{Arguments, tag_of_line, view},
 };
 
 /// What is kept of each world.
@@ -26,6 +26,8 @@ struct Kept {
     action: Vec<f64>,
     /// Whether something has stopped it.
     stopped: bool,
+    /// Whether it has lines that were not taken.
+    told: bool,
     steps: u64,
 }
 
@@ -148,7 +150,7 @@ impl Batch {
 
     /// Sets actions, if there are any, does `n` steps in each chosen world, and writes observations of all.
     ///
-    /// Returns for each world whether it still runs.
+    /// Returns for each world whether it still runs, and whether anything was logged.
     fn step(
         &self,
         py: Python<'_>,
@@ -156,7 +158,7 @@ impl Batch {
         n: u64,
         chosen: Option<PyReadonlyArray1<'_, bool>>,
         out: &Bound<'_, PyArray2<f64>>,
-    ) -> PyResult<Vec<bool>> {
+    ) -> PyResult<(Vec<bool>, bool)> {
         let actions: Option<Vec<f64>> = actions.map(|a| a.as_array().iter().copied().collect());
         let chosen: Option<Vec<bool>> = chosen.map(|c| c.as_array().iter().copied().collect());
         let running = self.with(py, |inside| {
@@ -184,9 +186,11 @@ impl Batch {
                 let stepped = seat.step(n)?;
                 kept.steps += stepped.steps;
                 kept.stopped = !stepped.running;
+                kept.told = seat.world()?.has_lines();
                 kept.observe(seat)
             })?;
-            Ok(inside.kept.iter().map(|k| !k.stopped).collect::<Vec<bool>>())
+            let told = inside.kept.iter().any(|k| k.told);
+            Ok((inside.kept.iter().map(|k| !k.stopped).collect::<Vec<bool>>(), told))
         })?;
         self.observe(py, out)?;
         Ok(running)
@@ -335,6 +339,25 @@ impl Batch {
         })?;
         let all = all.into_iter().enumerate().flat_map(|(world, lines)| lines.into_iter().map(move |l| (world, l)));
         Ok(all.filter_map(|(world, l)| Some((world, tag_of_line(l.level)?, l.code, l.text))).collect())
+    }
+
+    /// A picture of a world, as an array of rows, columns and colours.
+    #[allow(clippy::too_many_arguments, reason = "keywords in Python")]
+    fn render<'py>(
+        &self,
+        py: Python<'py>,
+        world: usize,
+        camera: Option<String>,
+        points: Option<([f64; 3], [f64; 3])>,
+        columns: u32,
+        rows: u32,
+        fov: Option<f64>,
+    ) -> PyResult<Bound<'py, PyArray3<u8>>> {
+        let view = view(camera, points);
+        let picture = self.with(py, |inside| {
+            inside.batch.one(world, |seat| tatu_embed::picture(seat.world()?, &view, [columns, rows], fov))
+        })?;
+        PyArray1::from_vec(py, picture.rgb).reshape([rows as usize, columns as usize, 3])
     }
 
     /// Ends all worlds.

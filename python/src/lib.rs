@@ -45,6 +45,7 @@ fn _native(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_class::<batch::Batch>()?;
     m.add_class::<sweep::Sweep>()?;
     m.add_function(wrap_pyfunction!(sweep::bundle, m)?)?;
+    m.add_function(wrap_pyfunction!(sweep::plan, m)?)?;
     m.add_function(wrap_pyfunction!(folders, m)?)?;
     m.add_function(wrap_pyfunction!(main, m)?)?;
     m.add_function(wrap_pyfunction!(crash_reports, m)?)

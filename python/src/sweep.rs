@@ -6,7 +6,7 @@ use std::{
 };
 
 use pyo3::{exceptions::PyValueError, prelude::*};
-use tatu_embed::sweep::{Job, Sweep as Inner};
+use tatu_embed::sweep::{Job, Sweep as Inner, plan::Plan};
 
 use crate::{error, world::Arguments};
 
@@ -15,6 +15,16 @@ use crate::{error, world::Arguments};
 pub fn bundle(py: Python<'_>, setup: Arguments) -> PyResult<String> {
     let setup = setup.into();
     py.detach(|| Inner::bundle(&setup)).map_err(|e| error::of(&e))
+}
+
+/// Reads a sweep file: its scene, and its jobs as JSON.
+#[pyfunction]
+pub fn plan(file: PathBuf) -> PyResult<(PathBuf, Vec<String>)> {
+    let text = std::fs::read_to_string(&file)?;
+    let plan = Plan::parse(&file, &text).map_err(|e| error::of(&e))?;
+    let job = |n: usize| serde_json::to_string(&plan.job(n)).map_err(|e| PyValueError::new_err(e.to_string()));
+    let jobs = (0..plan.count()).map(job).collect::<PyResult<Vec<_>>>()?;
+    Ok((plan.scene, jobs))
 }
 
 /// A scene that is run many times.

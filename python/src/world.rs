@@ -307,11 +307,7 @@ impl World {
         rows: u32,
         fov: Option<f64>,
     ) -> PyResult<Bound<'py, PyArray3<u8>>> {
-        let view = match (camera, points) {
-            (Some(camera), _) => View::Camera(camera),
-            (None, Some((from, to))) => View::Points(from, to),
-            (None, None) => View::Own,
-        };
+        let view = view(camera, points);
         let picture = self.with(py, |seat| tatu_embed::picture(seat.world()?, &view, [columns, rows], fov))?;
         PyArray1::from_vec(py, picture.rgb).reshape([rows as usize, columns as usize, 3])
     }
@@ -405,6 +401,15 @@ type Line = (&'static str, Option<&'static str>, String);
 
 fn line(l: tatu_core::LogLine) -> Option<Line> {
     Some((tag_of_line(l.level)?, l.code, l.text))
+}
+
+/// From where a picture is taken.
+pub fn view(camera: Option<String>, points: Option<([f64; 3], [f64; 3])>) -> View {
+    match (camera, points) {
+        (Some(camera), _) => View::Camera(camera),
+        (None, Some((from, to))) => View::Points(from, to),
+        (None, None) => View::Own,
+    }
 }
 
 /// Name of a level of the log; `None`: what windows of scripts show.

@@ -20,14 +20,18 @@ from ._world import Fault, Object, Reading, World
 
 __all__ = [
     "Batch",
+    "CheckError",
     "Error",
     "Fault",
+    "Job",
     "Object",
     "Reading",
+    "Rows",
     "World",
     "__version__",
     "crash_reports",
     "models",
+    "ray_executor",
     "scenes",
     "sweep",
 ]
@@ -44,10 +48,19 @@ def crash_reports(on: bool = True) -> None:
     _crash_reports()
 
 
-def __getattr__(name):
-    # `sweep` imports the standard library's pools, which most programs do not need.
-    if name == "sweep":
-        from ._sweep import sweep
+#: What needs modules that most programs do without: pools of processes, Ray.
+_LATER = {
+    "CheckError": "_sweep",
+    "Job": "_sweep",
+    "Rows": "_sweep",
+    "ray_executor": "_sweep_ray",
+    "sweep": "_sweep",
+}
 
-        return sweep
+
+def __getattr__(name):
+    if name in _LATER:
+        from importlib import import_module
+
+        return getattr(import_module(f".{_LATER[name]}", __name__), name)
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

@@ -8,7 +8,7 @@ import numpy as np
 from . import _native
 from ._log import tell
 from ._settings import settings
-from ._world import PathLike, setup
+from ._world import PathLike, setup, view
 
 #: What is observed or set: the path of an object, and the name of a property or of a field of readings.
 Name = Tuple[str, str]
@@ -99,8 +99,10 @@ class Batch:
             worlds = np.ascontiguousarray(worlds, dtype=bool)
             if worlds.shape != (self.n,):
                 raise ValueError(f"a mask of {self.n} worlds is expected, not an array of shape {worlds.shape}")
-        self.running = np.array(self._native.step(actions, n, worlds, self._out))
-        self._flush()
+        running, told = self._native.step(actions, n, worlds, self._out)
+        self.running = np.array(running)
+        if told:
+            self._flush()
         return self._out.copy()
 
     @property
@@ -160,6 +162,25 @@ class Batch:
         self._native.restore(chosen, snapshot)
         self.running[chosen] = True
         self._native.observe(self._out)
+
+    def render(
+        self,
+        world: int = 0,
+        camera: Optional[str] = None,
+        *,
+        look_from: Optional[Sequence[float]] = None,
+        look_at: Optional[Sequence[float]] = None,
+        size: Tuple[int, int] = (640, 480),
+        fov: Optional[float] = None,
+    ) -> np.ndarray:
+        """A picture of one world, as `World.render` makes it."""
+        points = view(look_from, look_at)
+        return self._native.render(world, camera, points, int(size[0]), int(size[1]), fov)
+
+    @property
+    def env(self) -> Optional[Dict[str, Any]]:
+        """The table `[env]` of the scene, if it has one."""
+        return self._native.env()
 
     def hash(self) -> List[int]:
         """Hash of the state of each world."""

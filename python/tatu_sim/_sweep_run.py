@@ -9,7 +9,7 @@ import time
 from collections import deque
 from concurrent.futures import BrokenExecutor, Executor, Future
 from queue import Empty, SimpleQueue
-from typing import Any, Callable, Deque, Dict, List, NamedTuple, Optional, Set, Tuple
+from typing import Any, Callable, Deque, Dict, List, NamedTuple, Optional, Tuple
 
 from . import _native
 from ._sweep_rows import CheckError, Output, Row, plain
@@ -21,8 +21,8 @@ logger = logging.getLogger("tatu_sim")
 CHUNK = 0.75
 #: Most jobs of a chunk.
 MOST_JOBS = 10_000
-#: How often a check that met the worker of the first run is given out again before that worker has to do it.
-TRIES = 8
+#: How often a check that met the worker of the first run is given out again before that worker has to do it: for 5 s.
+TRIES = 20
 #: How long rows of chunks that run are waited for if the sweep is ended, s.
 GRACE = 2.0
 
@@ -79,7 +79,6 @@ class Run:
         self.later: List[Tuple[float, int, Check]] = []
         self.pending: Dict["Future[Done]", Chunk] = {}
         self.finished: "SimpleQueue[Future[Done]]" = SimpleQueue()
-        self.workers: Set[Worker] = set()
         #: Mean wall time of a job, s, and the largest chunk so far.
         self.wall: Optional[float] = None
         self.largest = 1
@@ -156,8 +155,8 @@ class Run:
         self.slots, self.slots_at = max(1, known or os.cpu_count() or 1), now
 
     def submit(self, chunk: Chunk) -> None:
-        # Where no second worker was seen, the first has to do it, but not before everything else is done.
-        alone = self.slots == 1 or (not self.todo and len(self.workers) < 2)
+        # A second worker may still be starting: the first one has to do it only after some seconds.
+        alone = self.slots == 1
         checks = [(c.job.key, c.job.text, None if alone or c.tries >= TRIES else c.worker) for c in chunk.checks]
         jobs = [(job.key, job.text) for job in chunk.jobs]
         work = Work(jobs, checks, self.record, self.stop_on_error)
@@ -180,7 +179,6 @@ class Run:
             return
         if done.refused is not None:
             raise error(done.refused, f"on {done.worker[0]}: ")
-        self.workers.add(done.worker)
         jobs = {job.key: job for job in chunk.jobs}
         checks = {check.job.key: check for check in chunk.checks}
         new: List[Row] = []

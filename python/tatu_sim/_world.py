@@ -381,11 +381,7 @@ class World(Namespaces):
         Seen by a camera of the scene, or between two points in metres; by default by the scene's first camera, or from
         where everything is in sight. `size`: columns and rows; `fov`: the angle from left to right, rad.
         """
-        points = None
-        if (look_from is None) != (look_at is None):
-            raise ValueError("`look_from` and `look_at` belong together")
-        if look_from is not None and look_at is not None:
-            points = ([float(x) for x in look_from], [float(x) for x in look_at])
+        points = view(look_from, look_at)
         return self._native.render(camera, points, int(size[0]), int(size[1]), fov)
 
     def show(self, *, width: int = 800, height: int = 500) -> Any:
@@ -407,6 +403,15 @@ class World(Namespaces):
         except ValueError:
             return "<World, closed>"
         return f"<World at {time_s:g} s, step {steps}>"
+
+
+def view(look_from, look_at) -> Optional[Tuple[List[float], List[float]]]:
+    """The points of a view, if it is given by points."""
+    if (look_from is None) != (look_at is None):
+        raise ValueError("`look_from` and `look_at` belong together")
+    if look_from is None or look_at is None:
+        return None
+    return [float(x) for x in look_from], [float(x) for x in look_at]
 
 
 def setup(scene, text, folder, seed, changes, scripts, allow, services, plugins, threads, files) -> Dict[str, Any]:

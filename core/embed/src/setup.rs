@@ -126,12 +126,14 @@ impl Engine {
         Ok(Engine { registry, document: Arc::new(document), warnings })
     }
 
-    /// Loads the scene again, with other changes, for the same plugins.
+    /// Loads the scene again, from the same files, with other changes and for the same plugins.
     ///
     /// # Errors
     /// A file or a change is invalid.
     pub fn reload(&self, setup: &Setup) -> Result<Self> {
-        let document = document::load(&setup.file(), &self.registry, &setup.options()?)?;
+        // From the files as they were read first, whatever has become of them.
+        let options = Options { sources: self.document.sources.clone(), ..setup.options()? };
+        let document = document::load(&setup.file(), &self.registry, &options)?;
         Ok(Engine { document: Arc::new(document), ..self.clone() })
     }
 

@@ -60,6 +60,31 @@ pub struct Row {
     pub faults: u64,
 }
 
+/// Adds a scene to a hash: its files by names that do not depend on where they lie, and its changes.
+fn scene(header: &Header, hash: &mut Sha256) {
+    let here = header.scene.parent().unwrap_or(Path::new(""));
+    let name = |path: &Path| {
+        let models = || path.components().rev().position(|c| c.as_os_str() == "models");
+        let below = path.strip_prefix(here).ok().map(Path::to_owned).or_else(|| {
+            let from_models = path.components().count() - 1 - models()?;
+            Some(path.components().skip(from_models).collect())
+        });
+        below
+            .unwrap_or_else(|| path.file_name().map(Into::into).unwrap_or_default())
+            .to_string_lossy()
+            .replace('\\', "/")
+    };
+    let mut files: Vec<(String, &str)> = header.files().map(|(path, text)| (name(path), text)).collect();
+    files.sort();
+    let changes = header.set.iter().chain(&header.scripts).map(|s| (String::new(), s.as_str()));
+    for (name, text) in [(name(&header.scene), "")].into_iter().chain(files).chain(changes) {
+        for part in [name.as_str(), text] {
+            hash.update((part.len() as u64).to_le_bytes());
+            hash.update(part.as_bytes());
+        }
+    }
+}
+
 impl Sweep {
     /// Returns a scene with all its files as text, from which [`open`](Self::open) runs it on any machine that has the
     /// same plugins.
@@ -90,7 +115,7 @@ impl Sweep {
             return Err(error.help("install the plugins that it was bundled with"));
         }
         let mut hash = Sha256::new();
-        hash.update(bundle.as_bytes());
+        scene(&header, &mut hash);
         for plugin in &registry.plugins {
             hash.update(plugin.id.as_bytes());
             let bytes = read_plain(&plugin.path, MOST_BYTES)

@@ -9,7 +9,7 @@
 //! [set]                                    # in all runs
 //! "scene.dt_s" = 0.05
 //! [metrics]
-//! way = { object = "/Pioneer", field = "position", index = 0, over = "way" }
+//! way = { object = "/Pioneer", field = "object.world_pose", index = 0, over = "way" }
 //! ```
 
 use std::{

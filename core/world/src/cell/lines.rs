@@ -24,6 +24,9 @@ impl Lines {
     pub(crate) fn hold(&self) -> MutexGuard<'_, Vec<LogLine>> {
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
+    pub(crate) fn any(&self) -> bool {
+        !self.hold().is_empty()
+    }
     /// Takes all lines.
     pub(crate) fn take(&self) -> Vec<LogLine> {
         std::mem::take(&mut *self.hold())

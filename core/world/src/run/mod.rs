@@ -233,6 +233,10 @@ impl World {
     pub fn take_lines(&self) -> Vec<LogLine> {
         self.cell.run.lines.take()
     }
+    /// Returns whether lines were logged that have not been taken.
+    pub fn has_lines(&self) -> bool {
+        self.cell.run.lines.any()
+    }
     /// Returns the store of log lines, for a program that ends while a step is running.
     pub fn lines(&self) -> Lines {
         self.cell.run.lines.clone()

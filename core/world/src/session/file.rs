@@ -118,6 +118,11 @@ impl Header {
         }
     }
 
+    /// Returns every file that the document was read from: its path, and its contents as text or in base64.
+    pub fn files(&self) -> impl Iterator<Item = (&Path, &str)> {
+        self.files.iter().map(|f| (f.path.as_path(), f.text.as_deref().or(f.bytes.as_deref()).unwrap_or_default()))
+    }
+
     /// Returns the options for reading the document: from the files in the log, with the original command-line options.
     pub fn options(&self) -> Result<Options> {
         let mut files = Vec::new();
