@@ -12,7 +12,7 @@ import numpy as np
 from ._batch import Batch
 from ._env import Description, Observed, Source, Term, describe
 from ._native import Error
-from ._world import PathLike, World
+from ._world import PathLike
 
 #: Of observations, actions (clipped, `float64`) and what is watched, in all worlds: one value for each world.
 Function = Callable[[np.ndarray, np.ndarray, Dict[str, np.ndarray]], np.ndarray]
@@ -62,13 +62,22 @@ class Episodes:
         self.dtype = np.dtype(dtype)
         self._reward, self._end = reward, end
         self._set = dict(set or {})
-        self._scene = {"scene": scene, "text": text, "folder": folder, "scripts": scripts, "allow": allow}
-        self._scene.update(plugins=plugins, files=files)
-        self._viewer: Optional[World] = None
         self._began: List[Optional[Began]] = [None] * n
         # A list is for all worlds, here.
         for_each = {key: [value] * n for key, value in self._set.items()}
-        self.batch = Batch(n=n, set=for_each, threads=threads, quiet=quiet, **self._scene)
+        self.batch = Batch(
+            scene,
+            n,
+            text=text,
+            folder=folder,
+            set=for_each,
+            scripts=scripts,
+            allow=allow,
+            plugins=plugins,
+            files=files,
+            threads=threads,
+            quiet=quiet,
+        )
         #: Steps of the current episode in each world.
         self.elapsed = np.zeros(n, dtype=np.int64)
         try:
@@ -88,11 +97,7 @@ class Episodes:
     # ------------------------------------------------------------------------------------------------- the description
 
     def _described(self, env: Optional[Mapping[str, Any]]) -> Description:
-        if hasattr(self.batch._native, "env"):
-            table = self.batch._native.env()
-        else:
-            with World(set=self._set, **self._scene) as world:
-                table = world._native.env()
+        table = self.batch.env
         if table is None and env is None:
             raise ValueError("the scene has no table [env], which describes the environment; write one, or give `env=`")
         if env is not None and not isinstance(env, Mapping):
@@ -215,19 +220,11 @@ class Episodes:
 
     def picture(self, world: int, camera: Optional[str], size: Tuple[int, int]) -> np.ndarray:
         """A picture of a world."""
-        began = self._began[world] or Began(0, self._set)
-        if self._viewer is None:
-            self._viewer = World(seed=began.seed, set=began.changes, **self._scene)
-        else:
-            self._viewer.reset(began.seed, began.changes)
-        self._viewer.restore(self.batch.snapshot(world))
-        return self._viewer.render(camera, size=size)
+        return self.batch.render(world, camera, size=size)
 
     def close(self) -> None:
         """End all worlds."""
         self.batch.close()
-        if self._viewer is not None:
-            self._viewer.close()
 
     def __enter__(self) -> "Episodes":
         return self
