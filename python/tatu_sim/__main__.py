@@ -1,5 +1,6 @@
 """The command line: `python -m tatu_sim run scene.toml`, or `tatu run scene.toml`."""
 
+import signal
 import sys
 
 from . import _native
@@ -10,7 +11,9 @@ def main() -> int:
         from ._doctor import doctor
 
         return doctor(sys.argv[2:])
-    # Ctrl-C is handled by the command line; Python's own handler would only run after its end.
+    # Python's own handler would only run after the end of the command line. Until that has installed its own, Ctrl-C ends
+    # the process.
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
     return _native.main(["tatu", *sys.argv[1:]], [sys.executable, "-m", "tatu_sim"])
 
 

@@ -1,5 +1,6 @@
 """Environments for Gymnasium."""
 
+import os
 import subprocess
 import sys
 import warnings
@@ -73,7 +74,8 @@ def test_importing_the_package_does_not_import_gymnasium():
 @pytest.mark.parametrize("scene, n", [("sled", 5), ("pioneer", 3)])
 def test_vector_equals_sync(mode, scene, n):
     arguments = {"text": SLED} if scene == "sled" else {"scene": PIONEER, "env": {"seconds": 4}}
-    steps = 1000
+    # A world with a robot takes long in a build without optimisation.
+    steps = 1000 if scene == "sled" or "TATU_LONG" in os.environ else 250
     ours = VectorEnv(num_envs=n, autoreset_mode=mode, **arguments)
     theirs = SyncVectorEnv([lambda: Env(**arguments)] * n, autoreset_mode=mode)
     assert ours.observation_space == theirs.observation_space and ours.action_space == theirs.action_space
@@ -96,7 +98,7 @@ def test_vector_equals_sync(mode, scene, n):
         if mode is AutoresetMode.DISABLED and over.any():
             (a, a_info), (b, b_info) = (e.reset(options={"reset_mask": over.copy()}) for e in (ours, theirs))
             assert same(a, b) and same(a_info, b_info), step
-    assert episodes > 50 * n / 5
+    assert episodes > 10 * n * steps / 1000
     assert ours.batch.hash() == [e.batch.hash()[0] for e in theirs.envs]
     ours.close()
     theirs.close()

@@ -23,6 +23,8 @@ import page_check
 
 SCENE = "first/pioneer_avoids_walls.toml"
 STEPS = "200"
+# A folder that the root file system has.
+TEMPORARY = "/tmp"
 # Tells users which hash they get.
 GUIDE = Path(__file__).resolve().parents[2] / "docs/guide/install.md"
 # Plugins, models, scenes and headers together with the program come to no fewer.
@@ -56,11 +58,11 @@ class Trial:
 
     def inside(self):
         os.chroot(self.root)
-        os.chdir("/tmp")
+        os.chdir(TEMPORARY)
 
     def start(self, *args):
         command = [f"{self.home}/bin/tatu", *args]
-        environment = {"PATH": "/usr/bin:/bin", "HOME": "/tmp"}
+        environment = {"PATH": "/usr/bin:/bin", "HOME": TEMPORARY}
         return subprocess.Popen(command, preexec_fn=self.inside, env=environment, stdin=subprocess.DEVNULL,
                                 stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
 
@@ -156,7 +158,7 @@ def name(trial, _):
 
 def picture(trial, _):
     """`tatu look` writes a picture"""
-    trial.tatu("look", f"{trial.home}/share/tatu/scenes/{SCENE}", "--size", "160x120", "-o", "/tmp/scene.png")
+    trial.tatu("look", f"{trial.home}/share/tatu/scenes/{SCENE}", "--size", "160x120", "-o", f"{TEMPORARY}/scene.png")
     data = (trial.root / "tmp/scene.png").read_bytes()
     expect(data.startswith(b"\x89PNG"), "it is no PNG")
     return f"{len(data)} bytes"

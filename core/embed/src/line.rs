@@ -179,6 +179,6 @@ mod tests {
             }
         });
         line.end(thread.thread());
-        assert_eq!(thread.join().unwrap(), (0..4000).sum());
+        assert_eq!(thread.join().unwrap(), (0..4000).sum::<u64>());
     }
 }

@@ -32,7 +32,7 @@ pub struct Setup {
     pub seed: Option<u64>,
     /// Changes: `/Robot/leftMotor.max_force_nm=2`.
     pub set: Vec<String>,
-    /// Replaced scripts: `/Robot=my_controller.lua`.
+    /// Replaced scripts: `/Robot=FILE`.
     pub scripts: Vec<String>,
     /// What scripts may use of the outside: `exec`, `native`, `net=HOST:PORT`; `plugins`: plugins that the scene names.
     pub allow: Vec<String>,

@@ -106,6 +106,10 @@ fn a_circle_is_found() {
 #[test]
 fn nothing_in_the_core_imports_pictures() {
     for folder in fs::read_dir(root().join("core")).unwrap().map(|e| e.unwrap().path()) {
+        // What puts the simulator into other programs stands on top, too.
+        if folder.ends_with("embed") {
+            continue;
+        }
         let Ok(manifest) = fs::read_to_string(folder.join("Cargo.toml")) else { continue };
         let uses = manifest.lines().any(|l| l.starts_with("tatu-render"));
         assert!(!uses, "{} depends on tatu-render, which stands on top of the core", folder.display());

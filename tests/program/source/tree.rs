@@ -25,6 +25,12 @@ pub fn files(folder: &Path) -> Vec<PathBuf> {
     entries.sort();
     for path in entries {
         let name = path.file_name().unwrap().to_string_lossy().into_owned();
+        // What is gathered for wheels is no source.
+        let is_gathered =
+            ["plugins", "scenes", "models", "addons", "_commands.pyi", "THIRD-PARTY.txt"].contains(&name.as_str());
+        if is_gathered && folder.ends_with("python/tatu_sim") {
+            continue;
+        }
         // In a second working tree `.git` is a file.
         if path.is_dir() || name == ".git" {
             if !["target", ".git", "node_modules", "corpus", "found"].contains(&name.as_str()) {

@@ -1,15 +1,15 @@
 //! Sweep files: which jobs a sweep consists of.
 //!
 //! ```toml
-//! scene = "first/pioneer_avoids_walls.toml"
+//! scene = "room.toml"
 //! seconds = 20
 //! seeds = { first = 0, count = 100 }      # or a list
 //! [grid]                                   # every combination
-//! "/Pioneer.mass_kg" = [8, 9, 10]
+//! "/Robot.mass_kg" = [8, 9, 10]
 //! [set]                                    # in all runs
 //! "scene.dt_s" = 0.05
 //! [metrics]
-//! way = { object = "/Pioneer", field = "object.world_pose", index = 0, over = "way" }
+//! way = { object = "/Robot", field = "object.world_pose", index = 0, over = "way" }
 //! ```
 
 use std::{
