@@ -64,6 +64,9 @@ fn run(args: &Sweep) -> Result<usize> {
                 loop {
                     let at = next.fetch_add(1, Relaxed);
                     let Some(number) = todo.get(at) else { return };
+                    if rows.lock().unwrap_or_else(PoisonError::into_inner).3.is_err() {
+                        return;
+                    }
                     let job = plan.job(*number);
                     let since = Instant::now();
                     let row = match runner.run(&job, None) {
@@ -100,6 +103,11 @@ fn told(row: &Row, wall: f64, host: &str) -> Value {
     out
 }
 
+fn alien(path: &Path, line: usize) -> Error {
+    let text = format!("{}:{line}: this is no row of a sweep, so nothing is appended", path.display());
+    Error::new("E102", text).expected("a new file, or one that an earlier sweep wrote")
+}
+
 /// Where rows go: a file that is continued, or standard output.
 struct Output {
     file: Option<(BufWriter<File>, std::path::PathBuf)>,
@@ -120,9 +128,19 @@ impl Output {
         };
         // A run that was ended may have written part of its last line.
         let whole = text.rfind('\n').map_or(0, |end| end + 1);
-        let rows = text[..whole].lines().filter_map(|line| serde_json::from_str::<Value>(line).ok());
-        let done =
-            rows.filter(|r| r.get("error").is_none()).filter_map(|r| Some(r["key"].as_str()?.to_owned())).collect();
+        let mut done = std::collections::BTreeSet::new();
+        for (n, line) in text[..whole].lines().enumerate() {
+            let row = serde_json::from_str::<Value>(line).ok();
+            let Some(key) = row.as_ref().and_then(|row| row.get("key")?.as_str()) else {
+                return Err(alien(path, n + 1));
+            };
+            if row.as_ref().is_some_and(|row| row.get("error").is_none()) {
+                done.insert(key.to_owned());
+            }
+        }
+        if !text[whole..].is_empty() && !text[whole..].starts_with("{\"") {
+            return Err(alien(path, text.lines().count()));
+        }
         if whole < text.len() {
             fs::OpenOptions::new().write(true).open(path).and_then(|f| f.set_len(whole as u64)).map_err(fail)?;
         }

@@ -91,6 +91,23 @@ impl Kept {
         self.observe(seat)
     }
 
+    /// Finds the channels again in a world that was made anew; they must have as many numbers as before.
+    fn rebind(
+        &mut self,
+        seat: &Seat,
+        observed: &[(String, String)],
+        acted: &[(String, String)],
+    ) -> tatu_core::errors::Result {
+        let (new, new_acted) = (find(seat, observed)?, find(seat, acted)?);
+        let same = |a: &[Channel], b: &[Channel]| a.iter().map(|c| &c.shape).eq(b.iter().map(|c| &c.shape));
+        if !same(&new, &self.observed) || !same(&new_acted, &self.acted) {
+            let text = "the world has other numbers of observations or actions than before";
+            return Err(Wrong::new("E102", text).expected("changes that keep their shapes, or `bind` after them"));
+        }
+        (self.observed, self.acted) = (new, new_acted);
+        self.observe(seat)
+    }
+
     fn observe(&mut self, seat: &Seat) -> tatu_core::errors::Result {
         let world = seat.world()?;
         let mut rest = self.numbers.as_mut_slice();
@@ -177,7 +194,7 @@ impl Batch {
             }
             let is_chosen = |n: usize| chosen.as_ref().is_none_or(|c| c.get(n).copied().unwrap_or(false));
             inside.batch.each(&mut inside.kept, |world, seat, kept| {
-                if !is_chosen(world) {
+                if !is_chosen(world) || kept.stopped {
                     return Ok(());
                 }
                 if actions.is_some() {
@@ -236,7 +253,7 @@ impl Batch {
                 let Some((seed, set)) = &wanted[world] else { return Ok(()) };
                 seat.reset(*seed, set.clone())?;
                 (kept.stopped, kept.steps) = (false, 0);
-                kept.bind(seat, observed, acted)
+                kept.rebind(seat, observed, acted)
             })
         })
     }
@@ -286,7 +303,7 @@ impl Batch {
                 }
                 seat.restore(&snapshot)?;
                 kept.stopped = false;
-                kept.bind(seat, observed, acted)
+                kept.rebind(seat, observed, acted)
             })
         })
     }

@@ -7,6 +7,7 @@ use std::{
 
 use pyo3::{exceptions::PyValueError, prelude::*};
 use tatu_embed::sweep::{Job, Sweep as Inner, plan::Plan};
+use tatu_plugin_api::safe::{MOST_BYTES, read_plain_text};
 
 use crate::{error, world::Arguments};
 
@@ -20,7 +21,7 @@ pub fn bundle(py: Python<'_>, setup: Arguments) -> PyResult<String> {
 /// Reads a sweep file: its scene, and its jobs as JSON.
 #[pyfunction]
 pub fn plan(file: PathBuf) -> PyResult<(PathBuf, Vec<String>)> {
-    let text = std::fs::read_to_string(&file)?;
+    let text = read_plain_text(&file, MOST_BYTES)?;
     let plan = Plan::parse(&file, &text).map_err(|e| error::of(&e))?;
     let job = |n: usize| serde_json::to_string(&plan.job(n)).map_err(|e| PyValueError::new_err(e.to_string()));
     let jobs = (0..plan.count()).map(job).collect::<PyResult<Vec<_>>>()?;

@@ -109,10 +109,11 @@ impl World {
 
     /// Does up to `n` steps; returns how many, whether the world still runs, and what has been logged.
     fn step(&self, py: Python<'_>, n: u64) -> PyResult<(u64, bool, Vec<Line>)> {
-        let host = self.host()?;
         let mut done = 0;
         let mut lines = Vec::new();
         loop {
+            // Another thread may have closed the world meanwhile.
+            let host = self.host()?;
             let some = py.detach(|| {
                 host.with(|seat| {
                     let since = Instant::now();

@@ -99,7 +99,11 @@ class Batch:
             worlds = np.ascontiguousarray(worlds, dtype=bool)
             if worlds.shape != (self.n,):
                 raise ValueError(f"a mask of {self.n} worlds is expected, not an array of shape {worlds.shape}")
-        running, told = self._native.step(actions, n, worlds, self._out)
+        # In parts, between which Ctrl-C is heard.
+        running, told = self._native.step(actions, min(n, 64), worlds, self._out)
+        for done in range(64, n, 64):
+            running, more = self._native.step(None, min(n - done, 64), worlds, self._out)
+            told |= more
         self.running = np.array(running)
         if told:
             self._flush()

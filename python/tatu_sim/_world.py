@@ -188,11 +188,17 @@ class World(Namespaces):
 
         Other threads of Python run meanwhile, and Ctrl-C is heard.
         """
+        if self._strict and n > 1:
+            # One by one, so that the first error ends it.
+            done = 0
+            while done < n and self.step(1):
+                done += 1
+            return done
         done, self.running, lines = self._native.step(n)
-        if lines:
-            self._told(lines)
         if self._views:
             self._update()
+        if lines:
+            self._told(lines)
         return done
 
     #: Whether nothing has stopped the world yet.
@@ -418,8 +424,8 @@ def setup(scene, text, folder, seed, changes, scripts, allow, services, plugins,
     """Arguments of the native part."""
     if (scene is None) == (text is None):
         raise TypeError("either a scene or its `text` is expected")
-    if threads < 1:
-        raise ValueError(f"{threads} threads cannot run a world; expected at least 1")
+    if not 1 <= threads <= 256:
+        raise ValueError(f"{threads} threads cannot run a world; expected 1 to 256")
     return {
         "scene": None if scene is None else os.fspath(scene),
         "text": text,

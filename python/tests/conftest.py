@@ -5,7 +5,8 @@ from pathlib import Path
 
 import pytest
 
-ROOT = Path(__file__).resolve().parents[2]
+import tatu_sim
+
 PIONEER = "first/pioneer_avoids_walls.toml"
 
 #: A ball that falls, and a script that prints and counts.
@@ -31,4 +32,6 @@ def falling():
 def _here(tmp_path, monkeypatch):
     """Tests leave nothing in the working folder, and find no scene there."""
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setenv("PYTHONPATH", os.pathsep.join(filter(None, [str(ROOT / "python"), os.environ.get("PYTHONPATH")])))
+    # Processes that tests start use the package that is tested here, installed or not.
+    package = str(Path(tatu_sim.__file__).resolve().parents[1])
+    monkeypatch.setenv("PYTHONPATH", os.pathsep.join(filter(None, [package, os.environ.get("PYTHONPATH")])))

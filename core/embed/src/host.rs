@@ -7,7 +7,10 @@ use std::{
     thread::{self, JoinHandle},
 };
 
-use tatu_core::errors::{Error, Result};
+use tatu_core::{
+    errors::{Error, Result},
+    plugins::guard,
+};
 
 use crate::{Engine, Seat, Setup, line::Line};
 
@@ -119,10 +122,12 @@ pub(crate) fn spawn(name: &str, run: impl FnOnce() + Send + 'static) -> Result<J
     thread.map_err(|e| Error::new("E401", format!("cannot start a thread for a world: {e}")).help("make fewer worlds"))
 }
 
-/// Gives this thread the plain locale, whatever that of the process is: with a decimal comma, scripts would read and write
+/// Gives this thread the plain rounding and locale, whatever those of the process are: with a decimal comma, scripts would read and write
 /// other numbers.
 #[cfg(unix)]
 pub(crate) fn take_plain_locale() {
+    // Threads inherit the rounding of the one that starts them.
+    guard::take_plain_mode();
     /// The locale, as a number because a pointer cannot be shared; it is kept until the process ends.
     static PLAIN: OnceLock<usize> = OnceLock::new();
     // SAFETY: the name is a text, and null asks for a new locale.

@@ -192,6 +192,15 @@ fn end_child() {
     };
 }
 
+/// Gives this thread the floating-point mode with which every program starts: rounding to nearest, with subnormal numbers,
+/// without traps.
+pub fn take_plain_mode() {
+    #[cfg(target_arch = "x86_64")]
+    register::write(0x1f80);
+    #[cfg(target_arch = "aarch64")]
+    register::write(0);
+}
+
 /// Whether the process belongs to other code as well.
 static SHARED: AtomicBool = AtomicBool::new(false);
 
