@@ -72,7 +72,10 @@ fn run(args: &Sweep) -> Result<usize> {
                     let row = match runner.run(&job, None) {
                         Ok(row) => told(&row, since.elapsed().as_secs_f64(), &host),
                         Err(e) => {
-                            failed.fetch_add(1, Relaxed);
+                            // The others are in the rows.
+                            if failed.fetch_add(1, Relaxed) == 0 {
+                                report::error(&e);
+                            }
                             json!({"key": runner.key(&job), "seed": job.seed, "set": job.set, "error": e.to_string()})
                         }
                     };

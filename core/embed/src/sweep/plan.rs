@@ -22,6 +22,7 @@ use tatu_core::errors::{Error, Result};
 use toml_edit::{DocumentMut, Item, TableLike};
 
 use super::{Job, Metric};
+use crate::search::scene_file;
 
 /// Most jobs of one file.
 const MOST_JOBS: usize = 100_000_000;
@@ -92,7 +93,11 @@ impl Plan {
         };
         let common = Job { seed: None, set, seconds, metrics };
         common.check().map_err(|e| wrong(e.text).expected("seconds, at least 0"))?;
-        let plan = Plan { scene: folder.join(scene), seeds, grid, common };
+        // A scene beside the file, or one that comes with the program.
+        let beside = folder.join(scene);
+        let named = scene_file(Path::new(scene));
+        let scene = if !beside.exists() && named.is_file() { named } else { beside };
+        let plan = Plan { scene, seeds, grid, common };
         let count = plan.grid.iter().try_fold(plan.seeds.len(), |n, (_, values)| n.checked_mul(values.len()));
         match count.filter(|n| *n <= MOST_JOBS) {
             Some(_) => Ok(plan),
