@@ -3,12 +3,9 @@
 use std::path::PathBuf;
 
 use clap::{Parser, Subcommand, ValueEnum};
-use tatu_core::{
-    document::{Options, Override, ScriptOverride, ServiceOverride},
-    errors::Error,
-};
+use tatu_core::{document::Options, errors::Error};
 
-use tatu_embed::search;
+use tatu_embed::{Scene, Setup};
 
 use crate::{
     plugin::PluginCommand,
@@ -436,15 +433,14 @@ pub enum ScriptKind {
 impl Changes {
     /// Returns the changes to the scene as options of the core.
     pub fn options(&self, services: &[String]) -> Result<Options, Error> {
-        Ok(Options {
+        let changes = Setup {
             seed: self.seed,
-            set: self.set.iter().map(|s| Override::parse(s)).collect::<Result<_, _>>()?,
-            scripts: self.scripts.iter().map(|s| ScriptOverride::parse(s)).collect::<Result<_, _>>()?,
-            // `plugins` concerns loading, not what scripts may do.
-            allow: self.allow.iter().filter(|a| *a != "plugins").cloned().collect(),
-            services: services.iter().map(|s| ServiceOverride::parse(s)).collect::<Result<_, _>>()?,
-            user_settings: search::user_settings()?,
-            ..Default::default()
-        })
+            set: self.set.clone(),
+            scripts: self.scripts.clone(),
+            allow: self.allow.clone(),
+            services: services.to_vec(),
+            ..Setup::new(Scene::File(PathBuf::new()))
+        };
+        changes.options()
     }
 }

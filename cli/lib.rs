@@ -22,6 +22,8 @@ use std::{ffi::OsString, process::ExitCode};
 
 use clap::Parser;
 
+pub use commands::generate::python_type;
+
 /// Parses a command line, whose first argument names the program, runs its command, and returns its exit code.
 ///
 /// It acts as the owner of the process: handlers of signals and crashes are installed, and arguments that are wrong end

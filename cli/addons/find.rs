@@ -21,7 +21,8 @@ use super::{AddOn, Start, Style, about, name};
 const KEYS: [&str; 4] = ["name", "text", "dialect", "auto_start"];
 
 /// Returns the folders that are searched, in order: `addons` in the working folder, next to the program, in
-/// `../share/tatu` and above the program, then those of `TATU_ADDON_PATH`. If a name occurs several times, the first one is used.
+/// `../share/tatu` and above the program, then those of `TATU_ADDON_PATH`. If a name occurs several times, the first one
+/// is used.
 pub fn folders(exe: Option<&Path>, environment: Option<&OsStr>) -> Vec<PathBuf> {
     let beside = exe.and_then(Path::parent);
     let mut all = vec![PathBuf::from("addons")];

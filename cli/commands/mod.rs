@@ -20,7 +20,7 @@ use tatu_core::{
     errors::Error,
     plugins::{Copies, Registry},
 };
-use tatu_embed::search::{Searched, built, searched};
+use tatu_embed::search::{self, Searched, built, searched};
 use tatu_plugin_api::abi::TATU_REPORT_WARNING;
 
 use crate::{report, watchdog::Watchdog};
@@ -45,7 +45,10 @@ pub fn registry_of(
 ) -> Result<Arc<Registry>, Error> {
     let Searched { mut search, untrusted } = searched(scene, sources, allow)?;
     if let (Some(scene), Some(folder)) = (scene, untrusted.first()) {
-        return Err(refusal(scene, folder));
+        return Err(search::untrusted(scene, folder).help(
+            "if you trust the folder, add `--allow plugins`, or name it once for all runs in the environment: \
+             TATU_TRUST=/absolute/folder",
+        ));
     }
     search.copies = copies.map(Arc::new);
     let registry = Registry::load_watched(search, tatu_core::host_tables(), watchdog.watches.clone());
@@ -53,20 +56,6 @@ pub fn registry_of(
     registry.notes.iter().for_each(|n| report::note(n));
     missing(&registry);
     Ok(Arc::new(registry))
-}
-
-/// Builds the error for a scene whose plugins would have to be trusted.
-fn refusal(scene: &Path, folder: &Path) -> Error {
-    let shown = folder.canonicalize().unwrap_or_else(|_| folder.to_owned());
-    let text = format!(
-        "{} wants to load plugins from {}: native code, which can do whatever you can",
-        scene.display(),
-        shown.display()
-    );
-    Error::new("E312", text).help(
-        "if you trust the folder, add `--allow plugins`, or name it once for all runs in the environment: \
-         TATU_TRUST=/absolute/folder",
-    )
 }
 
 /// Ends the plugins, after all worlds have been dropped; returns whether that succeeded.

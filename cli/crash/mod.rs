@@ -91,12 +91,9 @@ static NOTED: AtomicBool = AtomicBool::new(false);
 /// The crashed instruction and its callers.
 static CALLERS: [AtomicUsize; FRAMES] = [const { AtomicUsize::new(0) }; FRAMES];
 
-/// Returns the number of the calling thread. `gettid` is a function of glibc only since 2.30.
-///
-/// # Safety
-/// None: a system call without preconditions, and async-signal-safe.
-unsafe fn thread_id() -> c_int {
-    // SAFETY: see above; thread numbers are as large as `c_int`.
+/// Returns the number of the calling thread. Safe in a signal handler. glibc has the function `gettid` only since 2.30.
+fn thread_id() -> c_int {
+    // SAFETY: the system call has no preconditions; thread numbers are as large as `c_int`.
     unsafe { libc::syscall(libc::SYS_gettid) as c_int }
 }
 

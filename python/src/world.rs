@@ -144,20 +144,8 @@ impl World {
 
     /// The state of the world.
     fn snapshot<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyBytes>> {
-        let bytes = self.with(py, |seat| {
-            let snapshot = seat.snapshot()?;
-            let missed = snapshot.head.missed.first().map(ToString::to_string);
-            Ok((snapshot.to_bytes()?, missed))
-        })?;
-        match bytes {
-            (bytes, None) => Ok(PyBytes::new(py, &bytes)),
-            (_, Some(why)) => {
-                let e = Wrong::new("E503", format!("the state cannot be captured completely: {why}"));
-                Err(error::of(
-                    &e.help("a world whose scripts hold such a state can only be run again from its beginning"),
-                ))
-            }
-        }
+        let bytes = self.with(py, |seat| seat.snapshot()?.to_bytes())?;
+        Ok(PyBytes::new(py, &bytes))
     }
 
     /// Returns to a state.
@@ -363,7 +351,7 @@ impl World {
             let one = |p: &Declared| {
                 let out = PyDict::new(py);
                 out.set_item("name", &p.key)?;
-                out.set_item("type", tag(p))?;
+                out.set_item("type", tatu_cli::python_type(p))?;
                 out.set_item("unit", &p.unit)?;
                 out.set_item("optional", p.optional())?;
                 out.set_item("rest", p.flags & TATU_PARAM_REST != 0)?;
@@ -421,22 +409,6 @@ pub fn tag_of_line(level: u32) -> Option<&'static str> {
         TATU_LOG_DEBUG => Some("debug"),
         TATU_LOG_CLEAR | TATU_LOG_CONSOLE | TATU_LOG_CONSOLE_CLEAR => None,
         _ => Some("print"),
-    }
-}
-
-/// Name of a parameter's type in Python.
-fn tag(p: &Declared) -> &'static str {
-    match p.kind {
-        _ if p.flags & TATU_PARAM_ANY != 0 => "Any",
-        TATU_BOOL => "bool",
-        TATU_I64 | TATU_OBJECT | TATU_FUNC => "int",
-        TATU_F64 => "float",
-        TATU_TEXT => "str",
-        TATU_BYTES => "bytes",
-        TATU_F64S => "Numbers",
-        TATU_LIST => "Sequence[Any]",
-        TATU_MAP => "Mapping[Any, Any]",
-        _ => "Any",
     }
 }
 

@@ -84,3 +84,15 @@ def test_wrong_batches_say_what_was_expected(falling):
         tatu_sim.Batch(text=falling, n=2, observe=[("/bal", "object.world_pose")])
     with pytest.raises(tatu_sim.Error):
         tatu_sim.Batch(text="format = 2", n=2)
+
+
+def test_a_reset_keeps_the_shapes_of_observations():
+    scene = "first/pioneer_looks_around.toml"
+    with tatu_sim.World(scene) as world:
+        scanner = next(path for path in world.sensors if path.endswith("/scanner"))
+    with tatu_sim.Batch(scene, 2, observe=[(scanner, "range_scan.distance")]) as batch:
+        with pytest.raises(tatu_sim.Error, match="other numbers of observations"):
+            batch.reset([1], sets=[{"scanner.preset": "velodyne_vlp16"}])
+        shape = batch.step().shape
+        batch.reset([1], sets=[{}])
+        assert batch.step().shape == shape

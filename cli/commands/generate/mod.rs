@@ -3,6 +3,8 @@
 
 mod stubs;
 
+pub use stubs::type_of as python_type;
+
 use std::process::ExitCode;
 
 use clap::CommandFactory;

@@ -98,7 +98,8 @@ fn text(command: &CommandEntry) -> String {
     if out.ends_with('"') { out + " " } else { out }
 }
 
-fn type_of(p: &Declared) -> &'static str {
+/// Returns a parameter's type in Python.
+pub fn type_of(p: &Declared) -> &'static str {
     match p.kind {
         _ if p.flags & TATU_PARAM_ANY != 0 => "Any",
         TATU_BOOL => "bool",

@@ -14,8 +14,7 @@ mod sensor;
 use std::process::ExitCode;
 
 use nalgebra::Point3;
-use tatu_core::{World, errors::Error};
-use tatu_plugin_api::abi::*;
+use tatu_core::{LogLine, World, errors::Error};
 use tatu_render::Camera;
 
 use crate::{addons, args::Look, report, watchdog::Watchdog};
@@ -122,14 +121,5 @@ fn run(world: &World, args: &Look, watchdog: &Watchdog) {
 
 /// Prints the log of scripts and the host to standard error; standard output is only used by runs.
 fn tell(world: &World) {
-    for line in world.take_lines() {
-        match line.level {
-            TATU_LOG_ERROR => {
-                report::err!("error{}: {}", line.code.map_or(String::new(), |c| format!("[{c}]")), line.text)
-            }
-            TATU_LOG_WARNING => report::err!("warning: {}", line.text),
-            TATU_LOG_DEBUG | TATU_LOG_CLEAR | TATU_LOG_CONSOLE | TATU_LOG_CONSOLE_CLEAR => {}
-            _ => report::err!("{}", line.text),
-        }
-    }
+    world.take_lines().iter().filter_map(LogLine::shown).for_each(|line| report::err!("{line}"));
 }

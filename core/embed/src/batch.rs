@@ -11,7 +11,7 @@ use tatu_core::errors::{Error, Result};
 
 use crate::{
     Engine, Seat, Setup,
-    host::{guarded, of_another_process, spawn},
+    host::{guarded, in_seat, of_another_process, spawn},
     line::Line,
 };
 
@@ -127,9 +127,8 @@ impl Batch {
         };
         let (mut f, mut result) = (Some(f), None);
         worker.line.call(thread.thread(), &mut |owned: &mut Owned| {
-            let seat = owned.get_mut(world - worker.first).and_then(Option::as_mut);
-            if let (Some(f), Some(seat)) = (f.take(), seat) {
-                result = Some(guarded(|| f(seat)));
+            if let (Some(f), Some(seat)) = (f.take(), owned.get_mut(world - worker.first)) {
+                result = Some(in_seat(seat, f));
             }
         });
         result.unwrap_or_else(|| Err(none(world, self.count)))
@@ -152,8 +151,8 @@ struct Part<'a, O, F> {
 impl<O, F: Fn(usize, &mut Seat, &mut O) -> Result> Part<'_, O, F> {
     fn run(&mut self, owned: &mut Owned) {
         for ((n, seat), out) in owned.iter_mut().enumerate().zip(self.out.iter_mut()) {
-            let Some(own) = seat else { continue };
-            if let Err(e) = guarded(|| (self.f)(self.first + n, own, out))
+            let done = in_seat(seat, |own| (self.f)(self.first + n, own, out));
+            if let Err(e) = done
                 && self.wrong.is_none()
             {
                 self.wrong = Some(Error { text: format!("world {}: {}", self.first + n, e.text), ..e });

@@ -1,6 +1,7 @@
 //! A world on a thread of its own, which any thread may use.
 
 use std::{
+    any::Any,
     panic::{AssertUnwindSafe, catch_unwind},
     process,
     sync::{Arc, OnceLock, mpsc},
@@ -86,13 +87,7 @@ impl Host {
         let Some(thread) = &self.thread else { return Err(lost()) };
         let (mut f, mut result) = (Some(f), None);
         self.line.call(thread.thread(), &mut |seat: &mut Option<Seat>| {
-            let (Some(f), Some(own)) = (f.take(), seat.as_mut()) else { return };
-            let done = guarded(|| f(own));
-            if done.as_ref().is_err_and(|e| e.code == BUG) {
-                // Its parts may be inconsistent, so nothing is called in it any more.
-                std::mem::forget(seat.take());
-            }
-            result = Some(done);
+            result = f.take().map(|f| in_seat(seat, f));
         });
         result.unwrap_or_else(|| Err(lost()))
     }
@@ -109,8 +104,15 @@ impl Drop for Host {
     }
 }
 
-/// Code of errors that are bugs of the simulator.
-const BUG: &str = "E405";
+/// Does something with a world. If that panics, the world is lost: its parts may be inconsistent, so nothing is called in
+/// it any more.
+pub(crate) fn in_seat<T>(seat: &mut Option<Seat>, f: impl FnOnce(&mut Seat) -> Result<T>) -> Result<T> {
+    let Some(own) = seat.as_mut() else { return Err(lost()) };
+    catch_unwind(AssertUnwindSafe(|| f(own))).unwrap_or_else(|payload| {
+        std::mem::forget(seat.take());
+        Err(bug(&*payload))
+    })
+}
 
 /// Starts a thread that worlds live on.
 pub(crate) fn spawn(name: &str, run: impl FnOnce() + Send + 'static) -> Result<JoinHandle<()>> {
@@ -122,8 +124,8 @@ pub(crate) fn spawn(name: &str, run: impl FnOnce() + Send + 'static) -> Result<J
     thread.map_err(|e| Error::new("E401", format!("cannot start a thread for a world: {e}")).help("make fewer worlds"))
 }
 
-/// Gives this thread the plain rounding and locale, whatever those of the process are: with a decimal comma, scripts would read and write
-/// other numbers.
+/// Gives this thread the plain rounding and the plain locale, whatever those of the process are: with a decimal comma,
+/// scripts would read and write other numbers.
 #[cfg(unix)]
 pub(crate) fn take_plain_locale() {
     // Threads inherit the rounding of the one that starts them.
@@ -143,11 +145,14 @@ pub(crate) fn take_plain_locale() {}
 
 /// Runs `f`; a panic becomes an error.
 pub(crate) fn guarded<T>(f: impl FnOnce() -> Result<T>) -> Result<T> {
-    catch_unwind(AssertUnwindSafe(f)).unwrap_or_else(|payload| {
-        let why = payload.downcast_ref::<String>().map(String::as_str).or(payload.downcast_ref::<&str>().copied());
-        let text = format!("the simulator failed: {}", why.unwrap_or("without a text"));
-        Err(Error::new(BUG, text).help("this is a bug in the simulator: please report it, with the scene"))
-    })
+    catch_unwind(AssertUnwindSafe(f)).unwrap_or_else(|payload| Err(bug(&*payload)))
+}
+
+/// The error for a panic.
+fn bug(payload: &(dyn Any + Send)) -> Error {
+    let why = payload.downcast_ref::<String>().map(String::as_str).or(payload.downcast_ref::<&str>().copied());
+    let text = format!("the simulator failed: {}", why.unwrap_or("without a text"));
+    Error::new("E405", text).help("this is a bug in the simulator: please report it, with the scene")
 }
 
 fn lost() -> Error {

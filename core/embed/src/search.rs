@@ -52,6 +52,17 @@ pub fn searched(scene: Option<&Path>, sources: &Sources, allow: &[String]) -> Re
     Ok(Searched { search, untrusted })
 }
 
+/// Returns the error for a scene whose plugins the user has not allowed, without a hint.
+pub fn untrusted(scene: &Path, folder: &Path) -> Error {
+    let shown = folder.canonicalize().unwrap_or_else(|_| folder.to_owned());
+    let text = format!(
+        "{} wants to load plugins from {}: native code, which can do whatever you can",
+        scene.display(),
+        shown.display()
+    );
+    Error::new("E312", text)
+}
+
 /// Returns the folders in which models are searched by name before those of the program, in order: beside the scene (or in
 /// the working folder), those of the environment, and the user's.
 fn model_folders(scene: Option<&Path>) -> Vec<PathBuf> {

@@ -110,9 +110,16 @@ impl Seat {
     /// Captures everything that determines the future of the world.
     ///
     /// # Errors
-    /// The world is in the middle of something.
+    /// The world has stopped, or a part of its state cannot be captured.
     pub fn snapshot(&self) -> Result<Snapshot> {
-        self.world()?.snapshot()
+        let snapshot = self.world()?.snapshot()?;
+        match snapshot.head.missed.first() {
+            None => Ok(snapshot),
+            Some(why) => {
+                let e = Error::new("E503", format!("the state cannot be captured completely: {why}"));
+                Err(e.help("a world whose scripts hold such a state can only be run again from its beginning"))
+            }
+        }
     }
 
     /// Makes the world anew in the state of a snapshot of the same scene.

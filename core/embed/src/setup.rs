@@ -1,7 +1,7 @@
 //! What a world is made of: a scene, the plugins, and changes.
 
 use std::{
-    path::{Path, PathBuf},
+    path::PathBuf,
     sync::{Arc, Mutex, PoisonError, Weak},
 };
 
@@ -12,7 +12,7 @@ use tatu_core::{
     plugins::{Registry, Search, Source, guard::share_process},
 };
 
-use crate::search::{Searched, searched, user_settings};
+use crate::search::{self, Searched, searched, user_settings};
 
 /// A scene.
 #[derive(Debug, Clone)]
@@ -78,11 +78,16 @@ impl Setup {
         sources
     }
 
-    fn options(&self) -> Result<Options> {
+    /// Returns the changes as options of the core.
+    ///
+    /// # Errors
+    /// One of them cannot be parsed, or the user's settings cannot be read.
+    pub fn options(&self) -> Result<Options> {
         Ok(Options {
             seed: self.seed,
             set: self.set.iter().map(|s| Override::parse(s)).collect::<Result<_>>()?,
             scripts: self.scripts.iter().map(|s| ScriptOverride::parse(s)).collect::<Result<_>>()?,
+            // `plugins` concerns loading, not what scripts may do.
             allow: self.allow.iter().filter(|a| *a != "plugins").cloned().collect(),
             services: self.services.iter().map(|s| ServiceOverride::parse(s)).collect::<Result<_>>()?,
             user_settings: user_settings()?,
@@ -168,14 +173,9 @@ fn search_of(setup: &Setup, bundled: bool) -> Result<Search> {
     let scene = (!bundled).then_some(file.as_path());
     let Searched { mut search, untrusted } = searched(scene, &setup.sources(), &setup.allow)?;
     if let Some(folder) = untrusted.first() {
-        let text = format!(
-            "{} wants to load plugins from {}: native code, which can do whatever you can",
-            file.display(),
-            shown(folder).display()
-        );
         let help = "if you trust the folder, allow `plugins`, or name it once for all runs in the environment: \
                     TATU_TRUST=/absolute/folder";
-        return Err(Error::new("E312", text).help(help));
+        return Err(search::untrusted(&file, folder).help(help));
     }
     for path in setup.plugins.iter().rev() {
         if path.is_dir() {
@@ -186,10 +186,6 @@ fn search_of(setup: &Setup, bundled: bool) -> Result<Search> {
         }
     }
     Ok(search)
-}
-
-fn shown(folder: &Path) -> PathBuf {
-    folder.canonicalize().unwrap_or_else(|_| folder.to_owned())
 }
 
 /// Ends the plugins of a registry, if this is its last owner.

@@ -165,6 +165,18 @@ impl FaultKind {
             _ => FaultKind::Runtime,
         }
     }
+    /// Returns the status of the ABI by which a failure of this kind is told.
+    pub fn status(self) -> i32 {
+        use tatu_plugin_api::abi::*;
+        match self {
+            FaultKind::UnknownFunction => TATU_ERR_UNKNOWN,
+            FaultKind::BadArgument => TATU_ERR_ARGUMENT,
+            FaultKind::MissingObject => TATU_ERR_MISSING,
+            FaultKind::Unsupported => TATU_ERR_UNSUPPORTED,
+            FaultKind::Plugin => TATU_ERR_PANIC,
+            _ => TATU_ERR,
+        }
+    }
     /// Returns the stable code.
     pub fn code(self) -> &'static str {
         match self {

@@ -6,7 +6,7 @@ use std::{
     panic::{AssertUnwindSafe, catch_unwind},
 };
 
-use tatu_core::errors::{Error, Fault, FaultKind, Refusal};
+use tatu_core::errors::{Error, Fault, Refusal};
 use tatu_plugin_api::abi::*;
 
 /// Why a function failed.
@@ -33,16 +33,8 @@ impl From<Refusal> for Wrong {
 
 impl From<Box<Fault>> for Wrong {
     fn from(fault: Box<Fault>) -> Self {
-        let status = match fault.kind {
-            FaultKind::UnknownFunction => TATU_ERR_UNKNOWN,
-            FaultKind::BadArgument => TATU_ERR_ARGUMENT,
-            FaultKind::MissingObject => TATU_ERR_MISSING,
-            FaultKind::Unsupported => TATU_ERR_UNSUPPORTED,
-            FaultKind::Plugin => TATU_ERR_PANIC,
-            _ => TATU_ERR,
-        };
         let help = fault.help.as_ref().map_or(String::new(), |help| format!("\n  help: {help}"));
-        Wrong(status, format!("[{}] {}{help}", fault.code, fault.message))
+        Wrong(fault.kind.status(), format!("[{}] {}{help}", fault.code, fault.message))
     }
 }
 

@@ -258,23 +258,11 @@ unsafe extern "C" fn tatu_world_render(
 extern "C" fn tatu_world_lines(world: *mut Handle) -> tatu_str {
     let lines = || {
         with(world, |seat, lent| {
-            let lines: Vec<String> = seat.world()?.take_lines().iter().filter_map(line).collect();
+            let lines: Vec<String> = seat.world()?.take_lines().iter().filter_map(LogLine::shown).collect();
             Ok(lent.bytes(lines.join("\n").into_bytes()))
         })
     };
     guarded(|_| Lent::EMPTY, lines).0
-}
-
-/// A line of the log as the command line prints it.
-fn line(line: &LogLine) -> Option<String> {
-    match line.level {
-        TATU_LOG_ERROR => {
-            Some(format!("error{}: {}", line.code.map_or(String::new(), |c| format!("[{c}]")), line.text))
-        }
-        TATU_LOG_WARNING => Some(format!("warning: {}", line.text)),
-        TATU_LOG_DEBUG | TATU_LOG_CLEAR | TATU_LOG_CONSOLE | TATU_LOG_CONSOLE_CLEAR => None,
-        _ => Some(line.text.clone()),
-    }
 }
 
 #[unsafe(no_mangle)]

@@ -6,7 +6,7 @@ use std::{
     panic::{AssertUnwindSafe, catch_unwind},
 };
 
-use tatu_core::errors::{Error, Fault, FaultKind};
+use tatu_core::errors::{Error, Fault};
 use tatu_plugin_api::abi::*;
 
 /// Why a function refused: a status, and what, where, and what was expected.
@@ -30,16 +30,8 @@ impl From<Error> for Wrong {
 
 impl From<Box<Fault>> for Wrong {
     fn from(fault: Box<Fault>) -> Self {
-        let status = match fault.kind {
-            FaultKind::UnknownFunction => TATU_ERR_UNKNOWN,
-            FaultKind::BadArgument => TATU_ERR_ARGUMENT,
-            FaultKind::MissingObject => TATU_ERR_MISSING,
-            FaultKind::Unsupported => TATU_ERR_UNSUPPORTED,
-            FaultKind::Plugin => TATU_ERR_PANIC,
-            _ => TATU_ERR,
-        };
         let help = fault.help.as_ref().map_or(String::new(), |help| format!("\n  help: {help}"));
-        Wrong(status, fault.message.clone() + &help)
+        Wrong(fault.kind.status(), fault.message.clone() + &help)
     }
 }
 

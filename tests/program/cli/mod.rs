@@ -10,4 +10,5 @@ mod library;
 mod lock;
 mod look;
 mod outputs;
+mod sweep;
 mod written;

@@ -3,6 +3,7 @@
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use serde::Serialize;
+use tatu_plugin_api::abi::*;
 use tatu_plugins::watchdog::peek;
 
 /// A line of the log.
@@ -14,6 +15,21 @@ pub struct LogLine {
     pub code: Option<&'static str>,
     /// The text.
     pub text: String,
+}
+
+impl LogLine {
+    /// Returns the line as programs print it, such as "error[F205]: ...", or `None` if it is for debugging or for the
+    /// window of a script.
+    pub fn shown(&self) -> Option<String> {
+        match self.level {
+            TATU_LOG_ERROR => {
+                Some(format!("error{}: {}", self.code.map_or(String::new(), |c| format!("[{c}]")), self.text))
+            }
+            TATU_LOG_WARNING => Some(format!("warning: {}", self.text)),
+            TATU_LOG_DEBUG | TATU_LOG_CLEAR | TATU_LOG_CONSOLE | TATU_LOG_CONSOLE_CLEAR => None,
+            _ => Some(self.text.clone()),
+        }
+    }
 }
 
 /// Lines that are stored until they are taken. Only the world's thread adds lines.
