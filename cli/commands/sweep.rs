@@ -70,7 +70,7 @@ fn run(args: &Sweep) -> Result<usize> {
                     let job = plan.job(*number);
                     let since = Instant::now();
                     let row = match runner.run(&job, None) {
-                        Ok(row) => told(&row, since.elapsed().as_secs_f64(), &host),
+                        Ok(row) => row_json(&row, since.elapsed().as_secs_f64(), &host),
                         Err(e) => {
                             // The others are in the rows.
                             if failed.fetch_add(1, Relaxed) == 0 {
@@ -99,14 +99,14 @@ fn run(args: &Sweep) -> Result<usize> {
 }
 
 /// A row as JSON. What depends on the machine comes last.
-fn told(row: &Row, wall: f64, host: &str) -> Value {
+fn row_json(row: &Row, wall: f64, host: &str) -> Value {
     let mut out = json!(row);
     out["wall_s"] = json!(wall);
     out["host"] = json!(host);
     out
 }
 
-fn alien(path: &Path, line: usize) -> Error {
+fn not_a_row(path: &Path, line: usize) -> Error {
     let text = format!("{}:{line}: this is no row of a sweep, so nothing is appended", path.display());
     Error::new("E102", text).expected("a new file, or one that an earlier sweep wrote")
 }
@@ -135,14 +135,14 @@ impl Output {
         for (n, line) in text[..whole].lines().enumerate() {
             let row = serde_json::from_str::<Value>(line).ok();
             let Some(key) = row.as_ref().and_then(|row| row.get("key")?.as_str()) else {
-                return Err(alien(path, n + 1));
+                return Err(not_a_row(path, n + 1));
             };
             if row.as_ref().is_some_and(|row| row.get("error").is_none()) {
                 done.insert(key.to_owned());
             }
         }
         if !text[whole..].is_empty() && !text[whole..].starts_with("{\"") {
-            return Err(alien(path, text.lines().count()));
+            return Err(not_a_row(path, text.lines().count()));
         }
         if whole < text.len() {
             fs::OpenOptions::new().write(true).open(path).and_then(|f| f.set_len(whole as u64)).map_err(fail)?;

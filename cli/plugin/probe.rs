@@ -15,7 +15,7 @@ use tatu_core::{
     errors::Error,
     plugins::{Plugin, Registry},
 };
-use tatu_embed::{again, search::searched};
+use tatu_embed::{restart_command, search::searched};
 
 use super::reason::Reason;
 use crate::{report, watchdog::Watchdog};
@@ -121,7 +121,7 @@ pub fn probe(file: &Path, limit: f64) -> Result<Report, Reason> {
     };
     // The loader would search a name without a folder in the system's folders.
     let file = std::path::absolute(file).map_err(|e| untried("the working folder no longer exists", e))?;
-    let mut command = again().map_err(|e| untried("this program does not know its own file", e))?;
+    let mut command = restart_command().map_err(|e| untried("this program does not know its own file", e))?;
     // Temporary files instead of pipes: a process that the plugin starts may keep a pipe open after the plugin's end.
     let open = || tempfile::tempfile().map_err(|e| untried("no temporary file can be made", e));
     let (mut out, mut err) = (open()?, open()?);

@@ -3,7 +3,7 @@
 use std::{ffi::OsString, path::PathBuf, process::ExitCode};
 
 use tatu_core::errors::{Error, Result};
-use tatu_embed::again;
+use tatu_embed::restart_command;
 
 use super::{build, project::Project};
 
@@ -24,7 +24,7 @@ pub fn run(args: &Run) -> Result<ExitCode> {
         return Ok(ExitCode::FAILURE);
     }
     let failed = |e: std::io::Error| Error::new("E612", format!("cannot start the run: {e}"));
-    let status = again()
+    let status = restart_command()
         .map_err(failed)?
         .arg("run")
         .arg(project.folder.join("scene.toml"))

@@ -10,7 +10,7 @@ use std::{
 };
 
 use tatu_core::errors::{Error, Result};
-use tatu_embed::again;
+use tatu_embed::restart_command;
 
 use super::{build, project::Project, run};
 use crate::report;
@@ -87,7 +87,7 @@ impl Drop for Running {
 /// Starts the scene in a process of its own, which reloads the library when it changes.
 fn start(project: &Project, options: &[OsString]) -> Result<Child> {
     let failed = |e: std::io::Error| Error::new("E612", format!("cannot start the run: {e}"));
-    let mut command = again().map_err(failed)?;
+    let mut command = restart_command().map_err(failed)?;
     command.arg("run").arg(project.folder.join("scene.toml")).arg("--reload");
     match options.is_empty() {
         // As long as anybody wants to watch.

@@ -27,7 +27,7 @@ struct Kept {
     /// Whether something has stopped it.
     stopped: bool,
     /// Whether it has lines that were not taken.
-    told: bool,
+    has_lines: bool,
     steps: u64,
 }
 
@@ -203,10 +203,10 @@ impl Batch {
                 let stepped = seat.step(n)?;
                 kept.steps += stepped.steps;
                 kept.stopped = !stepped.running;
-                kept.told = seat.world()?.has_lines();
+                kept.has_lines = seat.world()?.has_lines();
                 kept.observe(seat)
             })?;
-            let told = inside.kept.iter().any(|k| k.told);
+            let told = inside.kept.iter().any(|k| k.has_lines);
             Ok((inside.kept.iter().map(|k| !k.stopped).collect::<Vec<bool>>(), told))
         })?;
         self.observe(py, out)?;

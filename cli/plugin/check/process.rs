@@ -10,7 +10,7 @@ use std::{
 };
 
 use tatu_core::errors::Error;
-use tatu_embed::again;
+use tatu_embed::restart_command;
 
 use super::{
     finding::{self, Finding, Level, Line, PREFIX},
@@ -107,7 +107,7 @@ impl Ran {
     /// `one_run`: the child runs once and sends its transcript, for a comparison.
     pub fn of(test: &str, library: &Path, timeout: Duration, one_run: bool) -> Result<Self, String> {
         let folder = tempfile::tempdir().map_err(|e| format!("cannot create a folder for the test: {e}"))?;
-        let mut command = again().map_err(|e| format!("cannot find this program: {e}"))?;
+        let mut command = restart_command().map_err(|e| format!("cannot find this program: {e}"))?;
         let library = library.canonicalize().map_err(|e| format!("cannot read {}: {e}", library.display()))?;
         match one_run {
             true => command.env(ONE_RUN, "1"),

@@ -8,7 +8,7 @@ use std::{
 
 use serde_json::Value;
 use tatu_core::errors::{Error, Result};
-use tatu_embed::again;
+use tatu_embed::restart_command;
 
 use super::{
     outcome::{Failure, Outcomes},
@@ -69,7 +69,7 @@ impl Library<'_> {
     fn start(&self, name: Option<&str>) -> Result<(Ended, Vec<Value>)> {
         // What is left of an earlier test is none of this one's; where there is nothing, there is nothing to remove.
         let _ = fs::remove_file(&self.report);
-        let command = again();
+        let command = restart_command();
         let mut command =
             command.map_err(|e| Error::new("E621", format!("where this program lies is unknown: {e}")))?;
         command.args(["plugin", "run-test"]).arg(&self.library).arg("--report").arg(&self.report);

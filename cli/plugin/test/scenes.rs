@@ -7,7 +7,7 @@ use std::{
 };
 
 use tatu_core::errors::{Error, Result};
-use tatu_embed::again;
+use tatu_embed::restart_command;
 
 use super::{
     outcome::{Failure, Outcomes},
@@ -29,7 +29,7 @@ pub fn run(folder: &Path, plugins: &[PathBuf], limit: Duration, out: &mut Outcom
             continue;
         }
         let text = fs::read_to_string(&scene).unwrap_or_default();
-        let command = again();
+        let command = restart_command();
         let mut command =
             command.map_err(|e| Error::new("E621", format!("where this program lies is unknown: {e}")))?;
         command.arg("run").arg(&scene).arg("--strict").arg("--steps").arg(steps(&text).to_string());

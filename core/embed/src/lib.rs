@@ -1,6 +1,6 @@
 //! The simulator inside another program: an interpreter, a C program, a test.
 //!
-//! - [`search`]: where plugins and models are found; [`again`]: starting this program again;
+//! - [`search`]: where plugins and models are found; `restart`: starting this program again;
 //! - [`Setup`]: what a world is made of, and [`Seat`]: a world with what it was made of;
 //! - [`Host`]: a world on a thread of its own, which any thread may use; [`Batch`]: many worlds on several threads;
 //! - `line`: how work is handed to such a thread;
@@ -12,19 +12,19 @@
 //!
 //! As a guest in a process it installs no signal handler and no exit hook, and never ends the process.
 
-mod again;
 mod batch;
 mod host;
 mod line;
 mod picture;
+mod restart;
 pub mod search;
 mod seat;
 mod setup;
 pub mod sweep;
 
-pub use again::{again, started_by};
 pub use batch::Batch;
 pub use host::Host;
 pub use picture::{View, picture};
+pub use restart::{restart_command, started_by};
 pub use seat::{Seat, Stepped};
 pub use setup::{Engine, Scene, Setup};

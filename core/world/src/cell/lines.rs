@@ -18,7 +18,7 @@ pub struct LogLine {
 }
 
 impl LogLine {
-    /// Returns the line as programs print it, such as "error[F205]: ...", or `None` if it is for debugging or for the
+    /// Returns the line as programs print it, such as `error[F205]: ...`, or `None` if it is for debugging or for the
     /// window of a script.
     pub fn shown(&self) -> Option<String> {
         match self.level {

@@ -17,7 +17,7 @@ pub fn started_by(command: Vec<OsString>) {
 ///
 /// # Errors
 /// The system does not tell where this program is.
-pub fn again() -> io::Result<Command> {
+pub fn restart_command() -> io::Result<Command> {
     match STARTED_BY.get().map(Vec::as_slice) {
         Some([program, args @ ..]) => {
             let mut command = Command::new(program);
