@@ -26,8 +26,8 @@ let drag = 0;
 const UP = [0, 0, 1];
 /** Forms that roll instead of tipping. */
 const ROUND = ["sphere", "cylinder", "capsule"];
-/** The longest time for which the force of one step may stand, s: a page that stalls pulls less, not harder. */
-const LONGEST = 0.1;
+/** The longest time for which the force of one step may stand, s: a page that stalls pulls less, not harder and late. */
+const LONGEST = 0.05;
 /** The arrow: its radius where it is thinnest and thickest, in parts of its distance from the camera, and its colors. */
 const [THIN, THICK] = [0.003, 0.009];
 const [WEAK, STRONG] = [new THREE.Color(0xffc400), new THREE.Color(0xe02000)];
