@@ -7,7 +7,7 @@ import numpy as np
 
 from . import _native
 from ._log import tell
-from ._settings import settings
+from ._settings import settings, whole
 from ._world import PathLike, setup, view
 
 #: What is observed or set: the path of an object, and the name of a property or of a field of readings.
@@ -55,7 +55,7 @@ class Batch:
         changes = spread(set, n)
         arguments = []
         for world in range(n):
-            seed = None if seeds is None else int(seeds[world])
+            seed = None if seeds is None else seeds[world]
             one = setup(scene, text, folder, seed, changes[world], scripts, allow, (), plugins, 1, files)
             arguments.append(one)
         self.n = n
@@ -99,6 +99,7 @@ class Batch:
             worlds = np.ascontiguousarray(worlds, dtype=bool)
             if worlds.shape != (self.n,):
                 raise ValueError(f"a mask of {self.n} worlds is expected, not an array of shape {worlds.shape}")
+        n = whole("n", n)
         # In parts, between which Ctrl-C is heard.
         running, told = self._native.step(actions, min(n, 64), worlds, self._out)
         for done in range(64, n, 64):
@@ -132,7 +133,7 @@ class Batch:
         for name, values in (("seeds", seeds), ("sets", sets)):
             if values is not None and len(values) != len(chosen):
                 raise ValueError(f"{len(values)} {name} were given for {len(chosen)} worlds")
-        seeds_of = [None] * len(chosen) if seeds is None else [None if s is None else int(s) for s in seeds]
+        seeds_of = [None] * len(chosen) if seeds is None else [None if s is None else whole("seeds", s) for s in seeds]
         sets_of = [None] * len(chosen) if sets is None else [None if s is None else settings(s) for s in sets]
         self._native.reset(chosen, seeds_of, sets_of)
         self.running[chosen] = True

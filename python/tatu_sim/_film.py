@@ -12,7 +12,9 @@ class Film:
         self.width, self.height = width, height
 
     def save(self, file) -> None:
-        """Write the page, which any browser plays from the disk."""
+        """Write the page, a file `.html` that any browser plays from the disk."""
+        if Path(file).suffix not in (".html", ".htm"):
+            raise ValueError(f"{file}: a film is a page; expected a name that ends in `.html`")
         Path(file).write_text(self.page, encoding="utf-8")
 
     def _repr_html_(self) -> str:

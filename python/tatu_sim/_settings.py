@@ -1,6 +1,7 @@
-"""Changes to a scene, as the command line's `--set` takes them."""
+"""Changes to a scene, as the command line's `--set` takes them, and the numbers that worlds are made with."""
 
 import json
+import operator
 from typing import Any, List, Mapping, Optional
 
 
@@ -22,6 +23,17 @@ def toml(value: Any) -> str:
         # `repr` gives back the same number; TOML writes these as words, too.
         return repr(float(value))
     raise TypeError(f"a {type(value).__name__} cannot be written as TOML; expected a number, text, bool, list or dict")
+
+
+def whole(name: str, value: Any, least: int = 0) -> int:
+    """A whole number that the native part can take: one of 64 bits without a sign."""
+    try:
+        number = operator.index(value)
+    except TypeError:
+        raise TypeError(f"`{name}` is {value!r}; expected a whole number") from None
+    if not least <= number < 2**64:
+        raise ValueError(f"`{name}` is {number}; expected {least} to 2**64 - 1")
+    return number
 
 
 def settings(changes: Optional[Mapping[str, Any]]) -> List[str]:

@@ -12,7 +12,7 @@ import numpy as np
 from . import _native
 from ._commands import Namespaces, commands_of
 from ._log import logger, tell
-from ._settings import settings
+from ._settings import settings, whole
 
 PathLike = Union[str, "os.PathLike[str]"]
 
@@ -194,7 +194,11 @@ class World(Namespaces):
             while done < n and self.step(1):
                 done += 1
             return done
-        done, self.running, lines = self._native.step(n)
+        try:
+            done, self.running, lines = self._native.step(n)
+        except (OverflowError, TypeError):
+            whole("n", n)
+            raise
         if self._views:
             self._update()
         if lines:
@@ -217,6 +221,8 @@ class World(Namespaces):
 
         `progress`: show a bar; by default on a terminal, and only for runs that take longer than a second.
         """
+        if not 0 <= seconds < float("inf"):
+            raise ValueError(f"`seconds` is {seconds}; expected a time of 0 s or more")
         steps = round(seconds / self.dt)
         shown = sys.stderr.isatty() if progress is None else progress
         if not shown:
@@ -242,6 +248,7 @@ class World(Namespaces):
 
     def reset(self, seed: Optional[int] = None, set: Optional[Mapping[str, Any]] = None) -> None:
         """Begin anew, at time 0. A seed and changes that are given replace those that the world was made with."""
+        seed = None if seed is None else whole("seed", seed)
         self._native.reset(seed, None if set is None else settings(set))
         self.running = True
         self._after()
@@ -430,7 +437,7 @@ def setup(scene, text, folder, seed, changes, scripts, allow, services, plugins,
         "scene": None if scene is None else os.fspath(scene),
         "text": text,
         "folder": os.path.abspath(folder),
-        "seed": seed,
+        "seed": None if seed is None else whole("seed", seed),
         "set": settings(changes),
         "scripts": [f"{path}={os.fspath(file)}" for path, file in (scripts or {}).items()],
         "allow": list(allow),

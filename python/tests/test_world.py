@@ -256,12 +256,29 @@ def test_pictures_are_arrays():
                 world.render(**wrong)
 
 
+@pytest.mark.parametrize("seed", [-1, 2**64, 0.5])
+def test_numbers_that_no_world_takes_are_named(falling, seed):
+    expected = r"`(seed|n)` is .*; expected"
+    with pytest.raises((ValueError, TypeError), match=expected):
+        tatu_sim.World(text=falling, seed=seed)
+    with tatu_sim.World(text=falling) as world:
+        with pytest.raises((ValueError, TypeError), match=expected):
+            world.reset(seed=seed)
+        with pytest.raises((ValueError, TypeError), match=expected):
+            world.step(seed)
+        with pytest.raises(ValueError, match="`seconds` is nan; expected"):
+            world.run(float("nan"))
+        assert world.step(np.int64(2)) == 2
+
+
 def test_a_film_is_a_page_of_its_own():
     with tatu_sim.World(PIONEER, film=True) as world:
         world.step(10)
         film = world.show()
         assert "<html" in film.page.lower() and 'src="http' not in film.page
         assert film._repr_html_().startswith("<iframe")
+        with pytest.raises(ValueError, match="ends in `.html`"):
+            film.save("film.mp4")
         assert world.step(1) == 1
     with tatu_sim.World(PIONEER) as world, pytest.raises(ValueError, match="film=True"):
         world.show()

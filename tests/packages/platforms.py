@@ -1,0 +1,234 @@
+#!/usr/bin/env python3
+"""Compares the hashes of scenes between compilers, C libraries and processors: platforms.py [OPTIONS] [FILE...]
+
+    --only NAME,...    platforms to try beside the first; default: all below
+    --steps N          steps of each run; default: 20
+    --target DIR       where things are built and fetched; default: target/platforms
+    --tarball FILE     the package that is tried in root file systems; made by zig unless given
+    --out FILE         where the table goes, as Markdown; default: hashes.md in the target folder
+
+FILE are scenes beside those of scenes/. Each platform is built, fetched or emulated as far as this machine can; what it
+lacks is told in the table. A scene is equal if its run has the same hash as with the first platform, this machine's own
+compiler. Ends with 1 if any differs.
+"""
+
+import argparse
+import concurrent.futures
+import json
+import os
+import shutil
+import subprocess
+import sys
+import tarfile
+from pathlib import Path
+
+import debian_mirror
+
+ROOT = Path(__file__).resolve().parents[2]
+ARM = "aarch64-unknown-linux-gnu"
+X86 = "x86_64-unknown-linux-gnu"
+TIMEOUT_S = 600
+# Older than the processors that have AVX or fused multiply-add.
+OLD_PROCESSOR = "Westmere"
+# Where a command says which folder the sandbox has: that of the scene, under its own name.
+FOLDER = "--folder-of-the-scene"
+
+
+class Lacking(Exception):
+    """What this machine lacks to try a platform."""
+
+
+def cargo(target, triple=None, command=("cargo", "build"), **environment):
+    """Builds the program with its plugins; its path."""
+    call = [*command, "--release", "--locked", "-p", "tatu", "-p", "libtatu", *(["--target", triple] if triple else [])]
+    told = subprocess.run(call, cwd=ROOT, env={**os.environ, "CARGO_TARGET_DIR": str(target), **environment}, check=False)
+    if told.returncode != 0:
+        raise Lacking(f"`{' '.join(call)}` has failed; see above")
+    return target / (triple.rsplit(".", 2)[0] if triple else "") / "release/tatu"
+
+
+def need(*programs):
+    for program in programs:
+        if shutil.which(program) is None:
+            raise Lacking(f"there is no `{program}`")
+
+
+class Platforms:
+    """How each is made. A method returns the command that runs the program, and what is added to its environment."""
+
+    def __init__(self, target, tarball):
+        self.target, self.given, self.native = target, tarball, None
+
+    def own(self):
+        """this machine's compiler"""
+        self.native = self.native or cargo(Path(os.environ.get("CARGO_TARGET_DIR", ROOT / "target")))
+        return [str(self.native)], {}
+
+    def simd_off(self):
+        """`TATU_SIMD=off`"""
+        return self.own()[0], {"TATU_SIMD": "off"}
+
+    def old_processor(self):
+        """a processor without AVX and FMA (qemu)"""
+        need("qemu-x86_64-static")
+        return ["qemu-x86_64-static", "-cpu", OLD_PROCESSOR, *self.own()[0]], {}
+
+    def clang(self):
+        """C by clang, linked by lld"""
+        need("clang", "clang++", "ld.lld")
+        flags = {"CC": "clang", "CXX": "clang++", "RUSTFLAGS": "-C linker=clang -C link-arg=-fuse-ld=lld"}
+        return [str(cargo(self.target / "clang", **flags))], {}
+
+    def zig(self):
+        """C by zig, glibc 2.28"""
+        need("tar")
+        return [str(self.unpacked() / "bin/tatu")], {}
+
+    def bullseye(self):
+        """that in Debian 11, glibc 2.31"""
+        return self.within("bullseye")
+
+    def bookworm(self):
+        """that in Debian 12, glibc 2.36"""
+        return self.within("bookworm")
+
+    def aarch64(self):
+        """AArch64 (qemu)"""
+        need("aarch64-linux-gnu-gcc", "aarch64-linux-gnu-g++", "qemu-aarch64-static")
+        upper = ARM.upper().replace("-", "_")
+        tools = {"CC": "aarch64-linux-gnu-gcc", "CXX": "aarch64-linux-gnu-g++"}
+        environment = {f"{name}_{ARM.replace('-', '_')}": program for name, program in tools.items()}
+        environment[f"CARGO_TARGET_{upper}_LINKER"] = tools["CC"]
+        libraries = subprocess.run(["rustc", "--print", "target-libdir", "--target", ARM], capture_output=True, text=True,
+                                   cwd=ROOT, check=True).stdout.strip()
+        if not Path(libraries).exists():
+            environment["RUSTC"] = str(self.debian_rustc())
+        program = cargo(self.target / "aarch64", ARM, **environment)
+        return ["qemu-aarch64-static", "-L", "/usr/aarch64-linux-gnu", str(program)], {}
+
+    def unpacked(self):
+        """The package, unpacked; made by zig unless it was given."""
+        archive = self.given
+        if archive is None:
+            tools = self.target / "tools"
+            if not (tools / "bin/python").exists():
+                subprocess.run([sys.executable, "-m", "venv", str(tools)], check=True)
+            subprocess.run([str(tools / "bin/python"), "-m", "pip", "install", "-q", "cargo-zigbuild", "ziglang"], check=True)
+            path = {"PATH": f"{tools / 'bin'}{os.pathsep}{os.environ['PATH']}"}
+            built = cargo(self.target / "zig", f"{X86}.2.28", ("cargo", "zigbuild"), **path).parent
+            make = [sys.executable, "packages/make.py", "--built", str(built), "--out", str(self.target), "tarball"]
+            subprocess.run(make, cwd=ROOT, check=True)
+            archive = self.given = next(self.target.glob("tatu-*-linux-x86_64.tar.gz"))
+        with tarfile.open(archive) as tar:
+            top = self.target / tar.next().name.split("/")[0]
+            if not top.exists() or top.stat().st_mtime < archive.stat().st_mtime:
+                shutil.rmtree(top, ignore_errors=True)
+                tar.extractall(self.target)
+                os.utime(top)
+        return top
+
+    def within(self, release):
+        """The package in a root file system that has the C library of a release of Debian and nothing else."""
+        need("bwrap")
+        home = self.unpacked()
+        root = debian_mirror.unpack(release, "amd64", ["libc6", "libgcc-s1"], self.target / release)
+        binds = [arg for place in ("usr", "lib", "lib64") if (root / place).exists()
+                 for arg in ("--ro-bind", str(root / place), f"/{place}")]
+        binds += ["--ro-bind", str(home), "/opt/tatu", "--dev", "/dev", "--proc", "/proc", "--unshare-net"]
+        return ["bwrap", *binds, FOLDER, "/opt/tatu/bin/tatu"], {}
+
+    def debian_rustc(self):
+        """Debian's Rust compiler with its standard library for AArch64."""
+        root, suite = self.target / "rustc", "bookworm-security"
+        version = next(name for name in debian_mirror.index(suite, "amd64")[1] if name.startswith("libstd-rust-web-1."))
+        llvm = max(name for name in debian_mirror.index(suite, "amd64")[1] if name.startswith("libllvm") and name[7:].isdigit())
+        debian_mirror.unpack(suite, "amd64", ["rustc-web", version, "libstd-rust-web-dev", llvm], root)
+        debian_mirror.unpack(suite, "arm64", ["libstd-rust-web-dev"], root)
+        wrapper = root / "rustc"
+        wrapper.write_text(f'#!/bin/sh\nLD_LIBRARY_PATH="{root}/usr/lib/x86_64-linux-gnu" exec "{root}/usr/bin/rustc" "$@"\n')
+        wrapper.chmod(0o755)
+        return wrapper
+
+
+def hash_of(command, environment, scene, steps):
+    """The hash of a run, or what went wrong."""
+    shipped = ROOT / "scenes"
+    folder = ["--ro-bind", *[str(shipped if scene.is_relative_to(shipped) else scene.parent)] * 2]
+    call = [part for word in command for part in (folder if word == FOLDER else [word])]
+    call += ["run", str(scene), "--steps", str(steps), "--json", "--no-addons"]
+    try:
+        told = subprocess.run(call, capture_output=True, text=True, timeout=TIMEOUT_S, cwd="/", check=False,
+                              env={**os.environ, **environment})
+        return json.loads(told.stdout)["hash"]
+    except subprocess.TimeoutExpired:
+        return f"none in {TIMEOUT_S} s"
+    except (ValueError, KeyError, TypeError):
+        lines = (told.stderr or told.stdout).strip().splitlines()
+        return f"none: {lines[0] if lines else f'ended with {told.returncode}'}"
+
+
+def main():
+    names = [name for name, what in vars(Platforms).items() if callable(what) and name in ORDER]
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("files", nargs="*", type=Path, metavar="FILE")
+    parser.add_argument("--only", default=",".join(ORDER[1:]), metavar="NAME,...")
+    parser.add_argument("--steps", type=int, default=20)
+    parser.add_argument("--target", type=Path, default=ROOT / "target/platforms")
+    parser.add_argument("--tarball", type=Path)
+    parser.add_argument("--out", type=Path)
+    args = parser.parse_args()
+    wanted = args.only.split(",")
+    if unknown := [name for name in wanted if name not in names]:
+        parser.error(f"no such platform: {', '.join(unknown)}; there are {', '.join(names)}")
+    target = args.target.resolve()
+    target.mkdir(parents=True, exist_ok=True)
+    scenes = sorted((ROOT / "scenes").rglob("*.toml")) + [file.resolve() for file in args.files]
+    platforms = Platforms(target, args.tarball and args.tarball.resolve())
+    table, lacking, differ = {}, {}, 0
+    for name in ["own", *wanted]:
+        print(f"== {name}", flush=True)
+        try:
+            command, environment = getattr(platforms, name)()
+        except (Lacking, debian_mirror.Missing, OSError, subprocess.CalledProcessError) as error:
+            lacking[name] = str(error)
+            print(f"not tried: {error}", flush=True)
+            continue
+        with concurrent.futures.ThreadPoolExecutor(os.cpu_count()) as pool:
+            hashes = list(pool.map(lambda scene: hash_of(command, environment, scene, args.steps), scenes))
+        if name == "own":
+            # Parts that other scenes include do not run by themselves.
+            for scene, got in zip(scenes, hashes):
+                if got.startswith("none"):
+                    print(f"left out: {scene.name}: {got}")
+            scenes, hashes = zip(*(pair for pair in zip(scenes, hashes) if not pair[1].startswith("none")))
+        table[name] = hashes
+        for scene, own, got in zip(scenes, table["own"], hashes):
+            if got != own:
+                differ += 1
+                print(f"{scene.name}: {got}, expected {own}", flush=True)
+    out = args.out or target / "hashes.md"
+    out.write_text(markdown(scenes, table, lacking, args.steps), encoding="utf-8")
+    tried = len(table) - 1
+    print(f"{out}: {len(scenes)} scenes on {tried} platforms beside this one, {differ} runs differ")
+    sys.exit(1 if differ else 0)
+
+
+ORDER = ["own", "simd_off", "old_processor", "clang", "zig", "bullseye", "bookworm", "aarch64"]
+
+
+def markdown(scenes, table, lacking, steps):
+    """The table: a row for each scene, a column for each platform."""
+    about = {name: getattr(Platforms, name).__doc__ for name in ORDER}
+    lines = [f"Hashes after {steps} steps.", "", "| scene | " + " | ".join(about[n] for n in table) + " |"]
+    lines.append("|---" * (1 + len(table)) + "|")
+    for at, scene in enumerate(scenes):
+        own = table["own"][at]
+        cells = [f"`{own}`", *("equal" if h[at] == own else f"**`{h[at]}`**" for n, h in table.items() if n != "own")]
+        place = scene.relative_to(ROOT / "scenes") if scene.is_relative_to(ROOT / "scenes") else scene.name
+        lines.append(f"| {place} | " + " | ".join(cells) + " |")
+    lines += ["", *(f"Not tried: {about[name]}, because {why}." for name, why in lacking.items())]
+    return "\n".join(lines).rstrip() + "\n"
+
+
+if __name__ == "__main__":
+    main()
