@@ -158,7 +158,8 @@ def hash_of(command, environment, scene, steps):
     call += ["run", str(scene), "--steps", str(steps), "--json", "--no-addons"]
     try:
         told = subprocess.run(call, capture_output=True, text=True, timeout=TIMEOUT_S, cwd="/", check=False,
-                              env={**os.environ, **environment})
+                              # Programs in folders of their own do not find the models by themselves.
+                              env={**os.environ, "TATU_MODEL_PATH": str(ROOT / "models"), **environment})
         return json.loads(told.stdout)["hash"]
     except subprocess.TimeoutExpired:
         return f"none in {TIMEOUT_S} s"
