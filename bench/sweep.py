@@ -27,6 +27,8 @@ from ray_cluster import ADDRESS, JOIN, Cluster, NotAllowed, run_in_namespaces  #
 
 WORKERS = 2
 TURN = 0.5  # s
+# The first word of the line in which a program tells its result.
+ANSWER = "answer"
 #: A number that each scene has.
 METRICS = {"gravity": {"object": "", "field": "scene.gravity", "index": 2}}
 
@@ -64,7 +66,7 @@ def plain(args):
         begin = time.perf_counter()
         sweep.run(text)
         walls.append(time.perf_counter() - begin)
-    print(statistics.median(walls), flush=True)
+    print(ANSWER, statistics.median(walls), flush=True)
 
 
 def over_ray(args):
@@ -79,7 +81,7 @@ def over_ray(args):
     rows = tatu_sim.sweep(all_jobs, args.scene, executor=executor, check=args.check, output=args.output)
     used = time.process_time() - begin
     assert len(rows) == args.jobs
-    print(statistics.median(row["wall_s"] for row in rows), used, len({row["pid"] for row in rows}), flush=True)
+    print(ANSWER, statistics.median(row["wall_s"] for row in rows), used, len({row["pid"] for row in rows}), flush=True)
     executor.shutdown()
 
 
@@ -109,9 +111,12 @@ class Side:
             # In order, as the time is over only when all have ended.
             stdout = next(iter(waiting))
             if select.select([stdout], [], [], max(0.0, begin + seconds - time.monotonic()))[0]:
-                self.answers.append(stdout.readline().split())
-                assert self.answers[-1], "a program failed"
-                waiting.pop(stdout)
+                line = stdout.readline()
+                assert line, "a program failed"
+                # Ray writes lines of its own.
+                if line.startswith(ANSWER):
+                    self.answers.append(line.split()[1:])
+                    waiting.pop(stdout)
         self.time += time.monotonic() - begin
 
     @property

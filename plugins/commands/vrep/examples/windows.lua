@@ -39,11 +39,25 @@ assert(sim.getUISlider(w, b) == 500)
 sim.removeUI(w)
 --- sim.getUIEventButton
 local w = sim.createUI('events', 0, {4, 2}, {16, 16}, {})
+local bits = sim.buttonproperty_slider + sim.buttonproperty_enabled
+local b = sim.createUIButton(w, {0, 0}, {2, 1}, bits)
+assert(sim.getUIEventButton(w) == -1)
+tatu.actOnButtons(w, 1, 'change', 250)
+local button, values = sim.getUIEventButton(w)
+assert(button == b and values[1] == 250 and sim.getUISlider(w, b) == 250)
 assert(sim.getUIEventButton(w) == -1)
 sim.removeUI(w)
+--- tatu.actOnButtons
+local w = sim.createUI('panel', 0, {4, 2}, {16, 16}, {})
+local down = sim.buttonproperty_staydown + sim.buttonproperty_enabled
+local b = sim.createUIButton(w, {0, 0}, {2, 1}, down)
+tatu.actOnButtons(w, 1, 'click')
+assert(sim.getUIButtonProperty(w, b) == down + sim.buttonproperty_isdown)
+assert(not pcall(tatu.actOnButtons, w, 2, 'click'))
+sim.removeUI(w)
 --- sim.getUIProperty
-local w = sim.createUI('bits', 3, {4, 2}, {16, 16}, {})
-assert(sim.getUIProperty(w) == 3)
+local w = sim.createUI('bits', 0, {4, 2}, {16, 16}, {})
+assert(sim.getUIProperty(w) % 2 == sim.ui_property_visible)
 sim.removeUI(w)
 --- sim.setUIProperty
 local w = sim.createUI('bits', 3, {4, 2}, {16, 16}, {})

@@ -93,7 +93,7 @@ impl PerWorld for Vrep {
         Ok(state::State::new(*world.host()))
     }
 
-    const STATE_VERSION: u32 = 3;
+    const STATE_VERSION: u32 = 4;
     fn save(world: &state::State) -> Result<Vec<u8>> {
         world.save()
     }

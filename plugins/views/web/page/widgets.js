@@ -39,7 +39,7 @@ const WIDGETS = {
   },
   "text-browser": { make: () => make("div", { className: "text" }), set: (e, v, tell) => fill(e, v.text, (link) => tell("link", link)) },
   button: {
-    make: (v, tell) => make("button", { onclick: () => tell("click") }),
+    make: (v, tell) => v.held ? holdable(tell) : make("button", { onclick: () => tell("click") }),
     set: (e, v) => {
       e.textContent = v.text ?? "";
       if (v.checkable) e.setAttribute("aria-pressed", String(v.checked === true));
@@ -132,6 +132,26 @@ const WIDGETS = {
 };
 /** Those that hold others. */
 const BOXES = new Set(["ui", "group", "tabs", "tab"]);
+
+/**
+ * A button that tells when it is pressed and when it is let go.
+ * @param {Tell} tell
+ */
+function holdable(tell) {
+  const button = make("button");
+  button.onpointerdown = (e) => {
+    button.setPointerCapture(e.pointerId);
+    tell("press");
+  };
+  button.onpointerup = button.onpointercancel = () => tell("release");
+  // Of a key.
+  button.onclick = (e) => {
+    if (e.detail !== 0) return;
+    tell("press");
+    tell("release");
+  };
+  return button;
+}
 
 /**
  * @param {Values} v
@@ -274,6 +294,11 @@ export function build(window) {
     const made = window.made[n];
     if (made && widget.element === "tabs") tabs(widget.values, made, (what, value) => window.act_on(n, what, value));
     if (["grid", "form"].includes(widget.values.layout)) made?.style.setProperty("--columns", String(columns(window, n)));
+    if (widget.values.layout === "cells") {
+      const [wide, high] = widget.values.cells;
+      made?.style.setProperty("--columns", String(wide));
+      made?.style.setProperty("--rows", String(high));
+    }
     if (n) refresh(window, n);
   });
   return window.made[0] ?? make("div");
@@ -294,6 +319,20 @@ function columns(window, n) {
 }
 
 /**
+ * Puts what stands among cells into its place, with its colors.
+ * @param {HTMLElement} made
+ * @param {Values} v
+ */
+function span(made, v) {
+  const [x, y, wide, high] = v.cell;
+  made.style.gridArea = `${y + 1} / ${x + 1} / span ${Math.max(high, 1)} / span ${Math.max(wide, 1)}`;
+  made.style.color = v.color ?? "";
+  made.style.background = v.background ?? "";
+  made.classList.toggle("centered", v.centered === true);
+  made.classList.toggle("clear", v.clear === true);
+}
+
+/**
  * Shows what a widget holds now.
  * @param {WidgetWindow} window
  * @param {number} n
@@ -306,5 +345,6 @@ export function refresh(window, n) {
   made.inert = values.enabled === false;
   if (element === "tabs" && values.current !== undefined) front(made, values.current);
   if (values.style) restyle(made, values.style);
+  if (values.cell) span(made, values);
   WIDGETS[element]?.set(made, values, (what, value) => window.act_on(n, what, value));
 }

@@ -5,7 +5,7 @@ import { failure } from "tatu/calls";
 import { get } from "tatu/dom";
 import { call, on } from "tatu/net";
 import { line } from "tatu/output";
-import { rights } from "tatu/store";
+import { rights, selection, watch } from "tatu/store";
 import { build, refresh } from "tatu/widgets";
 
 /** @import { WidgetWindow } from "tatu/widgets" */
@@ -59,7 +59,8 @@ function drag(box, bar) {
 function place({ box, title, widgets }) {
   const values = widgets[0]?.values ?? {};
   title.textContent = values.title ?? "";
-  box.hidden = values.visible === false;
+  // A window of an object is shown while that is selected.
+  box.hidden = values.visible === false || (Number.isInteger(values.for) && !selection().includes(values.for));
   box.inert = values.enabled === false || !rights.acts;
   box.setAttribute("aria-label", values.title || "window of a script");
   if (values.width > 0) box.style.width = `${values.width}px`;
@@ -73,11 +74,12 @@ function place({ box, title, widgets }) {
  * @param {any} payload
  */
 function show(key, payload) {
-  open.get(key)?.box.remove();
+  const before = open.get(key)?.box;
   const box = document.createElement("section");
   box.className = "window";
-  box.style.left = `${16 + 24 * (open.size % 8)}px`;
-  box.style.top = `${16 + 24 * (open.size % 8)}px`;
+  box.style.left = before?.style.left ?? `${16 + 24 * (open.size % 8)}px`;
+  box.style.top = before?.style.top ?? `${16 + 24 * (open.size % 8)}px`;
+  before?.remove();
   const bar = document.createElement("div");
   bar.className = "title";
   const title = document.createElement("span");
@@ -105,6 +107,7 @@ function closeAll() {
   open.clear();
 }
 
+watch("selected", () => { for (const window of open.values()) place(window); });
 // The program opens again those that are still there.
 on("again", closeAll);
 on("event", ({ name, payload }) => {

@@ -9,6 +9,7 @@ pub(crate) mod motions;
 mod profiles;
 pub(crate) mod registered;
 mod tubes;
+pub(crate) mod window_views;
 pub(crate) mod windows;
 pub(crate) mod wireless;
 
@@ -151,6 +152,9 @@ pub(crate) fn state<'a>(c: &Ctx<'a>) -> Result<RefMut<'a, Inner>> {
     inner.read = true;
     drop(inner);
     let (registered, collections) = registered::read(c)?;
+    for window in &registered.windows {
+        window_views::publish_window(c, window, registered.object(window.object))?;
+    }
     let mut inner = c.instance().0.try_borrow_mut().map_err(|_| busy())?;
     inner.registered = registered;
     collections.into_iter().for_each(|k| inner.collections.insert(k));

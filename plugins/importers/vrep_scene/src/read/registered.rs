@@ -155,7 +155,7 @@ pub struct Button {
     pub cells: [i32; 4],
     /// Labels: normal, and while pressed.
     pub labels: [String; 2],
-    /// Position of a slider, 0 to 1000.
+    /// Position of a slider, -1 to 1.
     pub slider: f64,
 }
 

@@ -1,0 +1,165 @@
+//! What views get of windows of buttons, in the event `ui.window`.
+
+use super::windows::{Button, SLIDER_END, Window, bits};
+use crate::kit::*;
+
+/// The event that publishes windows to views.
+const EVENT: &str = "ui.window";
+/// The command by which views report what a user did.
+pub(crate) const ACT: &str = "tatu.actOnButtons";
+/// Words of labels that stand for a drawing, and what is shown in its place.
+const SIGNS: &[(&str, &str)] = &[
+    ("ArrowRight", "\u{2192}"),
+    ("ArrowLeft", "\u{2190}"),
+    ("ArrowUp", "\u{2191}"),
+    ("ArrowDown", "\u{2193}"),
+    ("Minimize", "\u{2013}"),
+    ("Square", "\u{25a1}"),
+    ("Check", "\u{2715}"),
+    ("Cross", "\u{2715}"),
+    ("Pause", "\u{2016}"),
+    ("Box", "\u{25a0}"),
+];
+
+fn map<const N: usize>(entries: [(&str, Value); N]) -> Value {
+    Value::Map(entries.into_iter().map(|(k, v)| (Value::text(k), v)).collect())
+}
+
+fn ints(all: &[i64]) -> Value {
+    Value::List(all.iter().map(|x| Value::Int(*x)).collect())
+}
+
+/// Returns the text of a label without its marks, and the color that they name: `&&fg900` makes it red, `&&n` breaks the
+/// line, `&&Box` draws a square.
+fn plain(label: &str) -> (String, Option<String>) {
+    let mut parts = label.split("&&");
+    let mut text = parts.next().unwrap_or("").to_owned();
+    let mut color = None;
+    for part in parts {
+        let digits = part.get(2..5).filter(|d| d.bytes().all(|b| b.is_ascii_digit()));
+        if let Some((_, sign)) = SIGNS.iter().find(|(word, _)| part.starts_with(word)) {
+            text.push_str(sign);
+            text.push_str(part.trim_start_matches(|c: char| c.is_ascii_alphabetic()));
+        } else if let (Some(digits), true) = (digits, part.starts_with("fg") || part.starts_with("bg")) {
+            if part.starts_with("fg") {
+                color = Some(rgb(digits.bytes().map(|b| f64::from(b - b'0') / 9.0)));
+            }
+            text.push_str(&part[5..]);
+        } else if let Some(rest) = part.strip_prefix('n') {
+            text.push('\n');
+            text.push_str(rest);
+        } else {
+            text.push_str("&&");
+            text.push_str(part);
+        }
+    }
+    (text, color)
+}
+
+/// Returns a color as views read it.
+fn rgb(parts: impl Iterator<Item = f64>) -> String {
+    parts.fold("#".to_owned(), |all, x| format!("{all}{:02x}", (x.clamp(0.0, 1.0) * 255.0).round() as u8))
+}
+
+/// Returns the element that a button is for views, and its values.
+fn widget(w: &Window, b: &Button) -> (&'static str, Value) {
+    let hidden = is_rolled_up(w, b);
+    let (text, color) = plain(b.label());
+    let [columns, rows, column, row] = b.cells;
+    let mut values = vec![
+        ("cell", ints(&[column, row, columns, rows])),
+        ("visible", Value::Bool(!hidden)),
+        ("enabled", Value::Bool(b.kind() == bits::LABEL || b.is_active())),
+        ("centered", Value::Bool(b.has(bits::CENTERED))),
+        ("clear", Value::Bool(b.has(bits::TRANSPARENT | bits::NO_BACKGROUND))),
+    ];
+    let given = b.colors[2].map(|c| rgb(c.into_iter()));
+    if let Some(color) = color.or(given) {
+        values.push(("color", Value::text(color)));
+    }
+    if let Some(color) = b.colors[usize::from(b.has(bits::IS_DOWN))] {
+        values.push(("background", Value::text(rgb(color.into_iter()))));
+    }
+    let element = match b.kind() {
+        bits::LABEL => "label",
+        bits::SLIDER => {
+            values.extend([
+                ("minimum", Value::Int(0)),
+                ("maximum", Value::Int(SLIDER_END as i64)),
+                ("value", Value::Int(b.slider as i64)),
+            ]);
+            if rows > columns { "vslider" } else { "hslider" }
+        }
+        bits::EDIT => {
+            values.push(("value", Value::text(&text)));
+            "edit"
+        }
+        _ => {
+            values.extend([
+                ("checkable", Value::Bool(b.has(bits::STAYS_DOWN | bits::DOWN_AND_UP))),
+                ("checked", Value::Bool(b.has(bits::IS_DOWN))),
+                ("held", Value::Bool(b.has(bits::DOWN_AND_UP))),
+            ]);
+            "button"
+        }
+    };
+    if b.kind() != bits::EDIT {
+        values.push(("text", Value::text(text)));
+    }
+    (element, Value::Map(values.into_iter().map(|(k, v)| (Value::text(k), v)).collect()))
+}
+
+/// Whether a button is out of sight because its window is rolled up, which leaves the first row.
+fn is_rolled_up(w: &Window, b: &Button) -> bool {
+    w.attributes & bits::ROLLED_UP != 0 && b.cells[3] > 0
+}
+
+/// Returns the widgets of a window: itself, then its buttons in order. `object`: what it belongs to, or 0.
+fn widgets(w: &Window, object: i64) -> Value {
+    let one = |element: &str, above: Value, values: Value| {
+        map([("element", Value::text(element)), ("above", above), ("values", values)])
+    };
+    let only_selected = w.attributes & bits::WHEN_SELECTED != 0 && object != 0;
+    let window = map([
+        ("title", Value::text(&w.name)),
+        ("layout", Value::text("cells")),
+        ("cells", ints(&w.cells)),
+        ("visible", Value::Bool(w.attributes & bits::VISIBLE != 0)),
+        ("for", if only_selected { Value::Int(object) } else { Value::Nil }),
+    ]);
+    let buttons = w.buttons.iter().map(|b| {
+        let (element, values) = widget(w, b);
+        one(element, Value::Int(0), values)
+    });
+    Value::List(std::iter::once(one("ui", Value::Nil, window)).chain(buttons).collect())
+}
+
+/// Publishes an event on a window.
+pub(crate) fn publish<const N: usize>(c: &Ctx<'_>, window: i64, rest: [(&str, Value); N]) -> Result {
+    let mut all = vec![(Value::text("window"), Value::Int(window)), (Value::text("act"), Value::text(ACT))];
+    all.extend(rest.into_iter().map(|(k, v)| (Value::text(k), v)));
+    c.world().publish_value(EVENT, &Value::Map(all))
+}
+
+/// Publishes a whole window, new or changed. `object`: what it belongs to, or 0.
+pub(crate) fn publish_window(c: &Ctx<'_>, window: &Window, object: tatu_object) -> Result {
+    publish(c, window.handle, [("widgets", widgets(window, handle(object).max(0)))])
+}
+
+/// Returns the values of a button for views, by its index.
+pub(crate) fn button_values(w: &Window, n: usize) -> Value {
+    widget(w, &w.buttons[n]).1
+}
+
+#[cfg(test)]
+mod tests {
+    use super::plain;
+
+    #[test]
+    fn marks_of_labels_are_drawn() {
+        assert_eq!(plain("X & Y"), ("X & Y".to_owned(), None));
+        assert_eq!(plain("&&fg900&&Box"), ("\u{25a0}".to_owned(), Some("#ff0000".to_owned())));
+        assert_eq!(plain("one&&ntwo &&unknown"), ("one\ntwo &&unknown".to_owned(), None));
+        assert_eq!(plain("&&fg0\u{e9}"), ("&&fg0\u{e9}".to_owned(), None));
+    }
+}

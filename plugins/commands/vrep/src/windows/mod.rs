@@ -1,0 +1,145 @@
+//! Windows with buttons, sliders and labels in scenes before version 3.3. Views show them and press their buttons.
+
+mod making;
+mod properties;
+mod shown;
+
+use crate::{
+    kit::*,
+    lookup::registered::by_name,
+    state::{
+        state,
+        windows::{Button, SLIDER_END, Window},
+    },
+};
+
+/// First handle of windows that scripts create, and of stand-ins.
+const FIRST: i64 = 2_069_000;
+
+fn of_window<T>(c: &Ctx<'_>, which: i64, change: impl FnOnce(&mut Window) -> T) -> Result<T> {
+    let mut state = state(c)?;
+    let found = state.registered.windows.iter_mut().find(|w| w.handle == which);
+    found.map(change).ok_or_else(|| Fail::missing(format!("there is no window {which}")))
+}
+
+/// Applies `change` to a button. In a run that creates stand-ins, a window has every button.
+fn of_button<T>(c: &Ctx<'_>, which: i64, button: i64, change: impl FnOnce(&mut Button) -> T) -> Result<T> {
+    let stand_in = c.world().makes_stand_ins();
+    let found = of_window(c, which, |w| {
+        if stand_in && !w.buttons.iter().any(|b| b.handle == button) {
+            w.buttons.push(Button { handle: button, ..Default::default() });
+        }
+        w.buttons.iter_mut().find(|b| b.handle == button).map(change)
+    })?;
+    found.ok_or_else(|| Fail::missing(format!("window {which} has no button {button}")))
+}
+
+/// Applies `change` to the button that the first two arguments name.
+fn given<T>(c: &Ctx<'_>, change: impl FnOnce(&mut Button) -> T) -> Result<T> {
+    of_button(c, c.i64(0)?, c.i64(1)?, change)
+}
+
+/// Changes the button that the first two arguments name, for scripts and for views.
+fn change(c: &mut Ctx<'_>, change: impl FnOnce(&mut Button)) -> Result {
+    given(c, change)?;
+    shown::changed(c, c.i64(0)?, c.i64(1)?)?;
+    done(c)
+}
+
+/// Adds a window without buttons; its handle.
+fn made(c: &Ctx<'_>, window: Window) -> Result<i64> {
+    let mut state = state(c)?;
+    let taken = state.registered.windows.iter().map(|w| w.handle).max().unwrap_or(0);
+    let handle = FIRST.max(taken + 1);
+    state.registered.windows.push(Window { handle, object: -1, ..window });
+    Ok(handle)
+}
+
+fn button(command: Cmd) -> Cmd {
+    command.param(Param::int("window")).param(Param::int("button"))
+}
+
+pub(crate) fn offer(offer: &mut Offer<Vrep>) {
+    let window = || Param::int("window");
+    offer.command(
+        both(["sim.getUIHandle", "simGetUIHandle"], MINUS, |c| {
+            let name = c.text(0)?;
+            let all: Vec<(String, i64)> =
+                state(c)?.registered.windows.iter().map(|w| (w.name.clone(), w.handle)).collect();
+            match by_name(c, &name, all.iter().map(|(n, h)| (n.as_str(), *h)))? {
+                Some(found) => c.ret(found),
+                None if name.contains("@silentError") => c.ret(-1_i64),
+                None if c.world().makes_stand_ins() => {
+                    let made = made(c, Window { name, ..Default::default() })?;
+                    c.ret(made);
+                }
+                None => return Err(Fail::missing(format!("there is no window `{name}`"))),
+            }
+            Ok(())
+        })
+        .param(Param::string("name"))
+        .returns(window())
+        .text("Finds a window of buttons in the scene."),
+    );
+    offer.command(
+        button(both(["sim.getUIButtonLabel", "simGetUIButtonLabel"], NIL, |c| {
+            let label = given(c, |b| b.labels[0].clone())?;
+            c.ret(label.as_str());
+            Ok(())
+        }))
+        .returns(Param::string("label"))
+        .text("Returns the label of a button."),
+    );
+    offer.command(
+        button(both(["sim.setUIButtonLabel", "simSetUIButtonLabel"], MINUS, |c| {
+            let text = |i: usize| if c.has(i) { c.text(i).map(Some) } else { Ok(None) };
+            let labels = [text(2)?, text(3)?];
+            change(c, |b| {
+                for (label, new) in b.labels.iter_mut().zip(labels) {
+                    *label = new.unwrap_or_else(|| std::mem::take(label));
+                }
+            })
+        }))
+        .param(Param::string("up").optional().text("nil: as it is"))
+        .param(Param::string("down").optional().text("its label while it is pressed; nil: unchanged"))
+        .returns(Param::int("result"))
+        .text("Sets the label of a button."),
+    );
+    offer.command(
+        button(both(["sim.getUISlider", "simGetUISlider"], MINUS, |c| {
+            let at = given(c, |b| b.slider)?;
+            c.ret(at.round() as i64);
+            Ok(())
+        }))
+        .returns(Param::int("position").text("0 to 1000"))
+        .text("Returns the position of a slider."),
+    );
+    offer.command(
+        button(both(["sim.setUISlider", "simSetUISlider"], MINUS, |c| {
+            let at = c.f64(2)?.clamp(0.0, SLIDER_END);
+            change(c, |b| b.slider = at)
+        }))
+        .param(Param::float("position").text("0 to 1000"))
+        .returns(Param::int("result"))
+        .text("Moves a slider."),
+    );
+    offer.command(
+        both(["sim.getUIEventButton", "simGetUIEventButton"], MINUS, |c| {
+            let which = c.i64(0)?;
+            let (button, values) = of_window(c, which, |w| w.event.take())?.unwrap_or((-1, [0, 0]));
+            c.ret(button);
+            c.ret(&values[..]);
+            Ok(())
+        })
+        .param(window())
+        .returns(Param::int("button").text("-1: none was pressed"))
+        .returns(Param::list("values").text(
+            "of a slider its position; of a button 1 if it is down now; then 0",
+        ))
+        .text("Returns the button that a user operated last, once: whoever reads it first takes it.")
+        .notes("Only the last one is kept, of each window."),
+    );
+    properties::offer(offer);
+    making::offer(offer);
+    shown::offer(offer);
+}

@@ -1,0 +1,98 @@
+//! Publishing changes of windows of buttons to views, and what these report of their users.
+
+use super::{of_button, of_window};
+use crate::{
+    kit::*,
+    state::{
+        state,
+        window_views::{ACT, button_values, publish, publish_window},
+        windows::{Button, SLIDER_END, bits},
+    },
+};
+
+/// Publishes a whole window, new or changed.
+pub(super) fn opened(c: &Ctx<'_>, window: i64) -> Result {
+    let of = of_window(c, window, |w| w.clone())?;
+    let object = state(c)?.registered.object(of.object);
+    publish_window(c, &of, object)
+}
+
+/// Publishes a button that was changed.
+pub(super) fn changed(c: &Ctx<'_>, window: i64, button: i64) -> Result {
+    let found = of_window(c, window, |w| {
+        let n = w.buttons.iter().position(|b| b.handle == button)?;
+        Some((n, button_values(w, n)))
+    })?;
+    let Some((n, values)) = found else { return Ok(()) };
+    publish(c, window, [("n", Value::Int(n as i64 + 1)), ("set", values)])
+}
+
+/// Publishes that a window is gone.
+pub(super) fn closed(c: &Ctx<'_>, window: i64) -> Result {
+    publish(c, window, [("closed", Value::Bool(true))])
+}
+
+/// Handles what a user did to a button.
+fn act(c: &mut Ctx<'_>) -> Result {
+    let (window, n, what) = (c.i64(0)?, c.i64(1)?, c.text(2)?);
+    let button = of_window(c, window, |w| {
+        let at = usize::try_from(n - 1).ok();
+        at.and_then(|i| w.buttons.get(i)).map(|b| b.handle)
+    })?;
+    let button = button.ok_or_else(|| Fail::missing(format!("window {window} has no button at place {n}")))?;
+    let given = c.arg(3);
+    let number = given.as_f64().filter(|x| x.is_finite());
+    let text = given.as_str().map(|t| t.into_owned());
+    let attributes = of_button(c, window, button, |b| {
+        if !b.is_active() {
+            return Err(Fail::argument("the button is not enabled"));
+        }
+        let down = |b: &Button| i64::from(b.has(bits::IS_DOWN));
+        let first = match (what.as_str(), b.kind()) {
+            ("click", bits::BUTTON) if b.has(bits::STAYS_DOWN) => {
+                b.attributes ^= bits::IS_DOWN;
+                down(b)
+            }
+            ("click", bits::BUTTON) => 0,
+            ("press" | "release", bits::BUTTON) if b.has(bits::DOWN_AND_UP) => {
+                b.attributes &= !bits::IS_DOWN;
+                b.attributes |= if what == "press" { bits::IS_DOWN } else { 0 };
+                down(b)
+            }
+            ("change", bits::SLIDER) => {
+                let at = number.ok_or_else(|| Fail::argument("expected a number from 0 to 1000"))?;
+                b.slider = at.clamp(0.0, SLIDER_END).round();
+                b.slider as i64
+            }
+            ("change", bits::EDIT) => {
+                b.labels[0] = text.ok_or_else(|| Fail::argument("expected a text"))?;
+                0
+            }
+            _ => return Err(Fail::argument(format!("the button has no action `{what}`"))),
+        };
+        Ok((b.attributes, first))
+    })?;
+    let (attributes, first) = attributes?;
+    of_window(c, window, |w| {
+        w.event = Some((button, [first, 0]));
+        if what == "click" && attributes & bits::ROLLS_UP != 0 {
+            w.attributes ^= bits::ROLLED_UP;
+        }
+        if what == "click" && attributes & bits::CLOSES != 0 {
+            w.attributes &= !bits::VISIBLE;
+        }
+    })?;
+    if attributes & (bits::ROLLS_UP | bits::CLOSES) != 0 { opened(c, window) } else { changed(c, window, button) }
+}
+
+pub(super) fn offer(offer: &mut Offer<Vrep>) {
+    offer.command(
+        Cmd::new(ACT, act)
+            .param(Param::int("window"))
+            .param(Param::int("n").text("place of the button in its window, from 1"))
+            .param(Param::string("what").choices(&["click", "press", "release", "change"]))
+            .param(Param::any("value").optional().text("change: position of a slider, text of an edit field"))
+            .text("Performs a user's action on a window of buttons; `sim.getUIEventButton` then tells of it.")
+            .notes("Called by views. The event `ui.window` has the buttons in this order."),
+    );
+}
