@@ -78,3 +78,59 @@ fn windows_of_scripts_are_dragged_used_and_closed() {
     shown.page.until("document.querySelector('.window:not([hidden])') === null");
     shown.end();
 }
+
+/// A scene with two old windows, as the importer stores them: a panel, and one that is shown while its object is
+/// selected.
+const PANELS: &str = r#"dialect = "3.2"
+data = { "\u0001registered" = '{"collections":[],"collisions":[],"distances":[],"ik_groups":[],"windows":[{"name":"Panel","handle":2060000,"object":-1,"attributes":5,"cells":[12,4],"buttons":[{"handle":3,"attributes":8274,"cells":[12,1,0,0],"labels":["",""],"slider":-0.5},{"handle":4,"attributes":8209,"cells":[12,1,0,1],"labels":["",""],"slider":0},{"handle":5,"attributes":16,"cells":[6,1,0,2],"labels":["&&fg900Go",""],"slider":0},{"handle":6,"attributes":24,"cells":[6,1,6,2],"labels":["Off","On"],"slider":0},{"handle":7,"attributes":19,"cells":[12,1,0,3],"labels":["name",""],"slider":0}]},{"name":"Of the ball","handle":2060001,"object":7,"attributes":1029,"cells":[4,1],"buttons":[]}]}' }
+
+[[object]]
+kind = "shape"
+alias = "ball"
+primitive = "sphere"
+size_m = [0.2, 0.2, 0.2]
+position_m = [0, 0, 1]
+data = { "\u0001handle" = "7" }
+script.text = """
+if sim_call_type == sim_childscriptcall_initialization then
+    panel = simGetUIHandle('Panel')
+end
+if sim_call_type == sim_childscriptcall_sensing then
+    local button, values = simGetUIEventButton(panel)
+    if button ~= -1 then last = button .. ' ' .. values[1] end
+    local name = simGetUIButtonLabel(panel, 7)
+    simSetUIButtonLabel(panel, 4, 'gain ' .. simGetUISlider(panel, 3) .. ', last ' .. tostring(last) .. ', ' .. name)
+end
+"""
+"#;
+
+#[test]
+#[cfg_attr(no_browser, ignore = "needs Chromium, and npm at the build")]
+fn old_windows_of_buttons_are_used() {
+    let mut shown = Shown::new(PANELS);
+    shown.page.click_on("#play");
+    let says = |text: &str| format!("document.querySelector('.window').textContent.includes({text:?})");
+    shown.page.until("document.querySelector('.window') !== null");
+    shown.page.until(&says("gain 250, last nil, name"));
+    let slider = shown.page.middle(".window input[type=range]");
+    let width = shown.page.js("document.querySelector('.window input[type=range]').clientWidth").as_f64().unwrap();
+    shown.page.mouse("mousePressed", slider, 1, false);
+    shown.page.mouse("mouseReleased", slider, 1, false);
+    shown.page.until(r"/gain (49|50)[0-9], last 3 (49|50)[0-9]/.test(document.querySelector('.window').textContent)");
+    shown.page.drag(slider, [slider[0] + width, slider[1]], false);
+    shown.page.mouse("mouseReleased", [slider[0] + width, slider[1]], 1, false);
+    shown.page.until(&says("gain 1000, last 3 1000"));
+    shown.page.click_on(".window button:nth-of-type(1)");
+    shown.page.until(&says("last 5 0"));
+    shown.page.click_on(".window button:nth-of-type(2)");
+    shown.page.until(&says("last 6 1"));
+    shown.page.until("document.querySelector('.window button:nth-of-type(2)').textContent === 'On'");
+    shown.page.click_on(".window input[type=text]");
+    shown.page.enter("r");
+    shown.page.press_enter();
+    shown.page.until(&says("last 7 0, "));
+    shown.page.until("document.querySelectorAll('.window:not([hidden])').length === 1");
+    shown.ask("store.select(of('ball').id)");
+    shown.page.until("document.querySelectorAll('.window:not([hidden])').length === 2");
+    shown.end();
+}

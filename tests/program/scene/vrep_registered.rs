@@ -5,7 +5,7 @@ use crate::kit::*;
 
 const SCENE: &str = r#"format = 1
 [scene]
-data = { "\u0001registered" = '{"collections":[{"name":"Boxes","handle":2000000,"items":[{"object":-1,"kind":5,"remove":false},{"object":7,"kind":0,"remove":true}]}],"collisions":[{"name":"Touch","handle":2010000,"of":[7,2000000],"threshold":0.0,"explicit":false}],"distances":[{"name":"Gap","handle":2020000,"of":[7,8],"threshold":0.0,"explicit":true}],"ik_groups":[{"name":"Arm","handle":2030000,"elements":[]}],"windows":[{"name":"Panel","handle":2060000,"object":7,"attributes":1,"cells":[4,2],"buttons":[{"handle":3,"attributes":2,"cells":[1,1,0,0],"labels":["on",""],"slider":250.0}]}]}' }
+data = { "\u0001registered" = '{"collections":[{"name":"Boxes","handle":2000000,"items":[{"object":-1,"kind":5,"remove":false},{"object":7,"kind":0,"remove":true}]}],"collisions":[{"name":"Touch","handle":2010000,"of":[7,2000000],"threshold":0.0,"explicit":false}],"distances":[{"name":"Gap","handle":2020000,"of":[7,8],"threshold":0.0,"explicit":true}],"ik_groups":[{"name":"Arm","handle":2030000,"elements":[]}],"windows":[{"name":"Panel","handle":2060000,"object":7,"attributes":1,"cells":[4,2],"buttons":[{"handle":3,"attributes":2,"cells":[1,1,0,0],"labels":["on",""],"slider":-0.5}]}]}' }
 
 [[object]]
 kind = "shape"

@@ -44,7 +44,6 @@ pub fn scene(builder: &Builder<'_>, file: &File) -> Result<Vec<Value>> {
     report.all("without", "images on shapes", file.textures.len());
     scripts::attach(builder, file, &nodes, &mut report)?;
     report.all("without", "the solver of groups for inverse kinematics", file.ik_groups.len());
-    report.all("without", "old windows of buttons", file.windows.len());
     for (path, unknown) in &file.unknown.all {
         let first = unknown.spans.first().map_or(0, |span| span.at);
         report.all(

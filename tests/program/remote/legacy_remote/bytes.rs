@@ -15,6 +15,15 @@ primitive = "sphere"
 size_m = [0.2, 0.2, 0.2]
 position_m = [0, 0, 1]
 data = { "\u0001handle" = "7" }
+script.text = """
+function sysCall_sensing()
+    local found, panel = pcall(simGetUIHandle, 'Panel')
+    if found and simGetUIButtonLabel(panel, 3) == 'use it' then
+        tatu.actOnButtons(panel, 1, 'change', 125)
+        simSetUIButtonLabel(panel, 3, 'used')
+    end
+end
+"""
 [[object]]
 kind = "shape"
 alias = "box"
@@ -58,7 +67,7 @@ position_m = [0, 9, 1]
 "#;
 
 /// What a V-REP scene registers beside its objects, as the importer stores it: collision and distance objects, windows.
-const REGISTERED: &str = r#"{"collections":[],"collisions":[{"name":"Touch","handle":2010000,"of":[7,8],"threshold":0.0,"explicit":false}],"distances":[{"name":"Gap","handle":2020000,"of":[7,8],"threshold":0.0,"explicit":false},{"name":"Asked","handle":2020001,"of":[7,8],"threshold":0.0,"explicit":true}],"ik_groups":[],"windows":[{"name":"Panel","handle":2060000,"object":7,"attributes":1,"cells":[4,2],"buttons":[{"handle":3,"attributes":2,"cells":[1,1,0,0],"labels":["on",""],"slider":250.0}]}]}"#;
+const REGISTERED: &str = r#"{"collections":[],"collisions":[{"name":"Touch","handle":2010000,"of":[7,8],"threshold":0.0,"explicit":false}],"distances":[{"name":"Gap","handle":2020000,"of":[7,8],"threshold":0.0,"explicit":false},{"name":"Asked","handle":2020001,"of":[7,8],"threshold":0.0,"explicit":true}],"ik_groups":[],"windows":[{"name":"Panel","handle":2060000,"object":7,"attributes":1,"cells":[4,2],"buttons":[{"handle":3,"attributes":2,"cells":[1,1,0,0],"labels":["on",""],"slider":-0.5}]}]}"#;
 
 /// Serves the scene.
 fn served() -> (Place, Served) {
@@ -66,6 +75,18 @@ fn served() -> (Place, Served) {
         Place::scene(&format!("dialect = \"3.6\"\ndata = {{ \"\\u0001registered\" = '{REGISTERED}' }}\n{SCENE}"));
     let served = Served::new("legacy_remote", place.path().join("scene.toml").to_str().unwrap());
     (place, served)
+}
+
+/// Begins a run that waits for each step.
+fn start(wire: &mut Wire) {
+    wire.done(0x0001, b"", b"");
+    wire.done(0x1007, &ints(&[0]), b"");
+}
+
+/// Does a step.
+fn step(wire: &mut Wire) {
+    wire.done(0x0003, b"", b"");
+    wire.good(0x1021, &ints(&[1]), b"");
 }
 
 #[test]
@@ -155,12 +176,7 @@ fn a_force_sensor_breaks() {
     let (_place, served) = served();
     let mut wire = Wire::new(&served);
     let force = wire.handle("force");
-    wire.done(0x0001, b"", b"");
-    wire.done(0x1007, &ints(&[0]), b"");
-    let step = |wire: &mut Wire| {
-        wire.done(0x0003, b"", b"");
-        wire.good(0x1021, &ints(&[1]), b"");
-    };
+    start(&mut wire);
     (0..10).for_each(|_| step(&mut wire));
     // 2 kg hang from it: their weight is 2 kg * 9.81 m/s2, downwards.
     let held = wire.good(0x100F, &ints(&[force]), b"");
@@ -191,6 +207,12 @@ fn windows_of_buttons() {
     wire.done(0x2005, &slider, &ints(&[18]));
     assert_eq!(wire.good(0x2004, &slider, b""), ints(&[18]));
     wire.done(0x2006, &slider, b"up\0down\0");
+    // The scene's script uses the slider when its label is this; the event is read once.
+    wire.done(0x2006, &slider, b"use it\0down\0");
+    start(&mut wire);
+    step(&mut wire);
+    assert_eq!(wire.good(0x2003, &ints(&[panel]), b""), ints(&[0, 3, 125, 0]));
+    assert_eq!(wire.good(0x2003, &ints(&[panel]), b""), ints(&[0, -1, 0, 0]));
     for raw in [0x2001, 0x2002, 0x2004, 0x2005] {
         wire.bad(raw, &ints(&[NOBODY, 3]), &ints(&[1]));
         wire.bad(raw, &ints(&[panel, 99]), &ints(&[1]));
