@@ -67,6 +67,7 @@ pub fn run(asked: &Asked) -> Value {
                 world_from_target: Isometry3::identity(),
                 form: form.clone(),
                 color: [0.7; 3],
+                texture: None,
             });
         }
     }

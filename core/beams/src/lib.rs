@@ -16,6 +16,7 @@
 //!     world_from_target: Isometry3::translation(0.0, 0.0, 1.0),
 //!     form: Form::Sphere { radius: 0.25 },
 //!     color: [0.7; 3],
+//!     texture: None,
 //! }]);
 //! let hit = scene.cast_one(&Beam::cone(Isometry3::identity(), 0.26, 2.0));
 //! assert!((hit.distance - 0.75).abs() < 1e-12);

@@ -4,7 +4,7 @@ use std::{collections::HashMap, sync::Arc};
 
 use nalgebra::{Isometry3, Point3, Vector3};
 use rayon::prelude::*;
-use tatu_geometry::{Form, Mesh};
+use tatu_geometry::{Form, Mesh, Texture};
 
 use super::{
     aabb::Aabb,
@@ -32,6 +32,8 @@ pub struct Target {
     pub form: Form,
     /// Red, green and blue, each 0 to 1, as rendered in full light.
     pub color: [f32; 3],
+    /// The image on it, in the frame of the form.
+    pub texture: Option<Arc<Texture>>,
 }
 
 /// Number of beams per task of the thread pool.

@@ -3,9 +3,13 @@
 //! Lengths are in metres, in the frame of the form. V-REP's conventions apply: z is up, and the axis of a cylinder is
 //! z.
 
+mod texture;
+
 use std::sync::Arc;
 
 use nalgebra::{Isometry3, Point3, Vector3};
+
+pub use texture::{BLENDS, Blend, Image, MAPPINGS, MOST_PIXELS, Mapping, Projection, Texture};
 
 /// A triangle mesh. Vertices are in metres; triangles wind counter-clockwise as seen from outside.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -65,6 +69,8 @@ pub struct Part {
     pub friction: Option<f64>,
     /// Red, green and blue, each 0 to 1; `None`: the colour of the owner.
     pub color: Option<[f64; 3]>,
+    /// The image on it, in its frame.
+    pub texture: Option<Arc<Texture>>,
 }
 
 /// Returns an angle wrapped to (-pi, pi], in radians.

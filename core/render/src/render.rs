@@ -182,7 +182,7 @@ impl View<'_> {
 
     fn shade(&self, seen: &Seen, lamp: bool, open: f64, at: [f64; 2], width: f64) -> Color {
         let direction = self.lens.direction(at[0], at[1]);
-        let mut color = self.stage.color(seen.what);
+        let mut color = self.stage.color(seen);
         if seen.what == What::Sky {
             return sky(&direction);
         }

@@ -53,8 +53,10 @@ impl Stage {
         for (slot, o) in scene.slots() {
             let Some(shape) = o.shape().filter(|_| o.is_visible()) else { continue };
             for part in visible_parts(shape) {
-                targets.push(target(targets.len(), scene.world(slot) * part.pose, part.form));
-                colors.push(Color::of(part.color.unwrap_or(shape.color)));
+                let target = target(targets.len(), scene.world(slot) * part.pose, part.form);
+                let color = part.color.unwrap_or(shape.color);
+                targets.push(Target { texture: part.texture, color: color.map(|x| x as f32), ..target });
+                colors.push(Color::of(color));
             }
         }
         let planes: Vec<bool> = targets.iter().map(|t| t.form == Form::Plane).collect();
@@ -104,9 +106,18 @@ impl Stage {
         self.solids.cast_one(&ray(from, direction, 0.0, far)).is_some()
     }
 
-    pub fn color(&self, what: What) -> Color {
-        match what {
-            What::Solid(i, _) | What::Mark(i) => self.colors.get(i as usize).copied().unwrap_or(Color::FLOOR),
+    /// Returns the colour of what is seen, unlit.
+    pub fn color(&self, seen: &Seen) -> Color {
+        match seen.what {
+            What::Solid(i, _) => {
+                let color = self.colors.get(i as usize).copied().unwrap_or(Color::FLOOR);
+                let target = &self.solids.targets()[i as usize];
+                let Some(texture) = &target.texture else { return color };
+                let point = target.world_from_target.inverse_transform_point(&seen.point);
+                let normal = target.world_from_target.rotation.inverse_transform_vector(&seen.normal);
+                Color::of(texture.color(&point, &normal, target.color).map(f64::from))
+            }
+            What::Mark(i) => self.colors.get(i as usize).copied().unwrap_or(Color::FLOOR),
             What::Floor | What::Sky => Color::FLOOR,
         }
     }
@@ -125,7 +136,7 @@ impl Stage {
 }
 
 fn target(index: usize, pose: Isometry3<f64>, form: Form) -> Target {
-    Target { object: index as u64, group: 0, world_from_target: pose, form, color: [0.0; 3] }
+    Target { object: index as u64, group: 0, world_from_target: pose, form, color: [0.0; 3], texture: None }
 }
 
 fn ray(from: &Point3<f64>, direction: &Unit<Vector3<f64>>, near: f64, far: f64) -> Beam {

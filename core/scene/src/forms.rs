@@ -26,16 +26,19 @@ pub fn visible_parts(shape: &Shape) -> Vec<Part> {
     if shape.primitive == Primitive::Compound {
         let part = |p: &super::ShapePart| {
             let form = form(p.primitive, p.size, (p.mesh.as_ref(), p.convex))?;
-            Some(Part { pose: p.pose, form, friction: p.friction, color: p.color })
+            let texture = p.texture.as_ref().or(shape.texture.as_ref()).and_then(|t| t.on(&p.pose));
+            Some(Part { pose: p.pose, form, friction: p.friction, color: p.color, texture })
         };
         return shape.parts.iter().filter_map(part).collect();
     }
-    form(shape.primitive, shape.size, (shape.mesh.as_ref(), shape.convex)).map(whole).into_iter().collect()
+    let texture = shape.texture.as_ref().and_then(|t| t.on(&Isometry3::identity()));
+    let form = form(shape.primitive, shape.size, (shape.mesh.as_ref(), shape.convex));
+    form.map(|form| Part { texture, ..whole(form) }).into_iter().collect()
 }
 
 /// Returns a part that consists of the whole shape.
 fn whole(form: Form) -> Part {
-    Part { pose: Isometry3::identity(), form, friction: None, color: None }
+    Part { pose: Isometry3::identity(), form, friction: None, color: None, texture: None }
 }
 
 /// Returns the parts of a shape that collide.
@@ -157,6 +160,7 @@ mod tests {
             pose: Isometry3::translation(x, 0.0, 0.0),
             color: None,
             friction: None,
+            texture: None,
             mesh_number: 0,
             mesh: None,
             convex: false,

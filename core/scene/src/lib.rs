@@ -6,7 +6,7 @@
 //!   `name_index`: paths and old-style names; `moves`: the shapes that have moved;
 //! - `transforms`: poses by slot, current and at the last barrier; `poses`: reading and setting them;
 //! - [`rows`]: the property rows of the core; `props`: reading and setting them;
-//! - `forms`: the solids of a shape; `drive`: the wheel drive of a robot;
+//! - `forms`: the solids of a shape; `drive`: the wheel drive of a robot; `texture`: images on shapes;
 //! - `dynamics`: bodies and joints of the engine; `body_rules`: which objects they are created from; `mechanisms`: the
 //!   solver for the joints of a mechanism; `closing`: whether loops can be closed; `mechanics`: checks of a scene's
 //!   mechanics.
@@ -28,6 +28,7 @@ mod object;
 mod poses;
 mod props;
 pub mod rows;
+mod texture;
 mod transforms;
 mod tree;
 
@@ -43,7 +44,8 @@ pub use object::{
     LightForm, Object, Path, Primitive, SensorData, SensorTargets, Shape, ShapePart,
 };
 pub use props::{Changed, get, numbers, set, set_numbers};
-pub use props::{is_drive, notes, notes_value, part_meshes};
+pub use props::{is_drive, notes, notes_value, part_images, part_meshes};
+pub use texture::ShapeTexture;
 pub use tree::{Handle, Scene};
 
 use nalgebra::{Isometry3, Quaternion, Rotation3, Translation3, UnitQuaternion, Vector3};

@@ -107,7 +107,9 @@ impl<'a> Shader<'a> {
             }
             if bent {
                 let (normal, color) = here.map_or((Vector3::zeros(), self.cast.light.sky), |seen| {
-                    (self.normal(seen, column, row, part.depth[pixel]), seen.target.color)
+                    let depth = part.depth[pixel];
+                    let normal = self.normal(seen, column, row, depth);
+                    (normal, if want.color { self.color(seen, column, row, depth, &normal) } else { [0.0; 3] })
                 });
                 for i in 0..3 {
                     line.normal[i][column] = normal[i];
@@ -182,13 +184,23 @@ impl<'a> Shader<'a> {
         Some(Seen { id, at, target, primitive, view_from_form, normal })
     }
 
+    /// Returns the point seen at a pixel, in the frame of its form.
+    fn local(&self, seen: &Seen<'_>, column: usize, row: usize, depth: f32) -> Vector3<f64> {
+        let (from, along) = self.camera.ray(column as f64, row as f64);
+        let point = from + along * f64::from(depth) - seen.view_from_form.translation;
+        seen.view_from_form.rotation.transpose() * point
+    }
+
+    /// Returns the colour of the surface at a pixel whose outward normal in the view frame is known.
+    fn color(&self, seen: &Seen<'_>, column: usize, row: usize, depth: f32, normal: &Vector3<f32>) -> [f32; 3] {
+        let Some(texture) = &seen.target.texture else { return seen.target.color };
+        let normal = seen.view_from_form.rotation.transpose() * normal.map(f64::from);
+        texture.color(&self.local(seen, column, row, depth).into(), &normal, seen.target.color)
+    }
+
     /// Returns the outward normal at a pixel, in the view frame.
     fn normal(&self, seen: &Seen<'_>, column: usize, row: usize, depth: f32) -> Vector3<f32> {
-        let local = || {
-            let (from, along) = self.camera.ray(column as f64, row as f64);
-            let point = from + along * f64::from(depth) - seen.view_from_form.translation;
-            seen.view_from_form.rotation.transpose() * point
-        };
+        let local = || self.local(seen, column, row, depth);
         let out = match (&seen.target.form, seen.primitive) {
             (Form::Sphere { .. }, _) => local(),
             (Form::Cylinder { .. } | Form::Capsule { .. }, 0) => {

@@ -159,6 +159,7 @@ impl Seen {
                     world_from_target: scene.world(slot) * part.pose,
                     form: part.form,
                     color: part.color.unwrap_or(shape.color).map(|x| x as f32),
+                    texture: part.texture,
                 });
             }
         }

@@ -36,7 +36,7 @@ fn mass(mass: f64, inertia: [f64; 3]) -> MassProps {
 }
 
 fn part(form: Form) -> Vec<Part> {
-    vec![Part { pose: Isometry3::identity(), form, friction: None, color: None }]
+    vec![Part { pose: Isometry3::identity(), form, friction: None, color: None, texture: None }]
 }
 
 fn sphere(radius: f64) -> Vec<Part> {

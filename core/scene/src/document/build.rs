@@ -4,7 +4,7 @@ use std::{collections::BTreeMap, ops::Range, path::Path, sync::Arc};
 
 use nalgebra::{Isometry3, Point3};
 use tatu_errors::{Error, Place, Result};
-use tatu_geometry::Mesh;
+use tatu_geometry::{Image, MOST_PIXELS, Mesh};
 use tatu_plugin_api::{abi::*, safe::Value};
 use tatu_plugins::{Declared, Registry, SensorKind, texts::label};
 use toml_edit::Item;
@@ -17,7 +17,11 @@ use crate::{
     names::{ALIAS, is_alias},
     noise::NoiseSpec,
     rows::{KINDS, Row, kind_name, rows_of},
+    texture::ShapeTexture,
 };
+
+/// Most bytes of all images of a scene, at 4 bytes a pixel.
+const MOST_BYTES_OF_IMAGES: usize = 512 << 20;
 
 /// Builds a document.
 pub struct Builder<'a> {
@@ -270,6 +274,7 @@ impl<'a> Builder<'a> {
             Target::Row(Row::Noise) => presets::noise(item, self.sensor_kind(object)),
             Target::Row(Row::Notes) => keys::to_map(item).map_err(|e| (e, None)),
             Target::Row(Row::Drive) => keys::to_drive(item).map_err(|e| (e, None)),
+            Target::Row(Row::Texture) => keys::to_texture(item).map_err(|e| (e, None)),
             _ => keys::to_value(item, factor).map_err(|e| (e, None)),
         }
     }
@@ -286,6 +291,15 @@ impl<'a> Builder<'a> {
             if let Some(n) = lost {
                 return Err(Error::new("E102", format!("a part refers to mesh {n}, but the last mesh is {last}")));
             }
+        }
+        let images = match row {
+            Row::Parts => crate::part_images(value),
+            Row::Texture => ShapeTexture::from_value(value).ok().flatten().map(|t| t.image_number).into_iter().collect(),
+            _ => Vec::new(),
+        };
+        let last = self.document.images.len();
+        if let Some(n) = images.into_iter().find(|n| *n as usize > last) {
+            return Err(Error::new("E102", format!("a texture refers to image {n}, but the last image is {last}")));
         }
         let blank = Document {
             objects: vec![ObjectSpec {
@@ -335,6 +349,26 @@ impl<'a> Builder<'a> {
         }
         self.document.meshes.push(Arc::new(mesh));
         Ok(self.document.meshes.len())
+    }
+
+    /// Adds an image of 4 bytes per pixel, top row first, and returns its number. Equal images are stored once.
+    pub fn image(&mut self, columns: u32, rows: u32, rgba: Vec<u8>) -> Result<usize> {
+        let found = rgba.len();
+        let Some(image) = Image::new(columns, rows, rgba) else {
+            let text = format!("{columns} x {rows} pixels in {found} bytes cannot be an image");
+            return Err(Error::new("E102", text).expected(format!("4 bytes for each of 1 to {MOST_PIXELS} pixels")));
+        };
+        if let Some(i) = self.document.images.iter().position(|known| **known == image) {
+            return Ok(i + 1);
+        }
+        let all = self.document.images.iter().map(|known| known.rgba().len()).sum::<usize>() + found;
+        if all > MOST_BYTES_OF_IMAGES {
+            return Err(Error::new("E102", format!("the images of the scene have {} MB", all >> 20))
+                .expected(format!("at most {} MB in all, at 4 bytes a pixel", MOST_BYTES_OF_IMAGES >> 20))
+                .help("make the images smaller; many surfaces can share one"));
+        }
+        self.document.images.push(Arc::new(image));
+        Ok(self.document.images.len())
     }
 
     /// Adds a script to an object.

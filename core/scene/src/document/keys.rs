@@ -11,7 +11,7 @@ use tatu_plugin_api::{abi::TATU_PARAM_READ_ONLY, safe::Value};
 use tatu_plugins::{Declared, check_value, units};
 use toml_edit::{Item, TableLike};
 
-use crate::drive;
+use crate::{drive, texture::KEYS as TEXTURE_KEYS};
 
 /// The contents of a scene file, used to find lines and columns.
 pub struct Text<'a> {
@@ -111,6 +111,7 @@ pub const PART_KEYS: &[(&str, &str)] = &[
     ("orientation", "rad"),
     ("quaternion", ""),
     ("color", ""),
+    ("texture", ""),
     ("friction", ""),
     ("mesh", ""),
     ("convex", ""),
@@ -140,7 +141,23 @@ fn with_unit(what: &str, known: &[(&str, &str)], written: &str, v: &toml_edit::V
             .expected(known.join(", "))
             .nearest(written, known.iter().map(String::as_str)));
     };
-    Ok((Value::text(key), value(v, factor)?))
+    match v {
+        toml_edit::Value::InlineTable(of) if key == "texture" => Ok((Value::text(key), texture(of)?)),
+        _ => Ok((Value::text(key), value(v, factor)?)),
+    }
+}
+
+/// Converts the image on a shape.
+pub fn to_texture(item: &Item) -> Result<Value> {
+    texture(item.as_table_like().ok_or_else(|| Error::new("E102", "expected a table"))?)
+}
+
+fn texture(table: &dyn TableLike) -> Result<Value> {
+    let entry = |(k, v): (&str, &Item)| match v {
+        Item::Value(v) => with_unit("a texture", TEXTURE_KEYS, k, v),
+        _ => Err(Error::new("E102", format!("`{k}`: expected a value, found a table"))),
+    };
+    table.iter().map(entry).collect::<Result<_>>().map(Value::Map)
 }
 
 /// Checks a value against its declaration; the error for a misspelt choice suggests the nearest one.

@@ -3,13 +3,14 @@
 
 use std::{collections::BTreeMap, sync::Arc};
 
-use tatu_geometry::Mesh;
+use tatu_geometry::{Image, Mesh};
 use tatu_plugin_api::safe::Value;
 
 use super::{DeviceSpec, Document, ObjectSpec, ScriptSpec, Settings};
 use crate::{
     Data, Scene, Shape, get, pose_to_array,
     rows::{Row, rows_of},
+    texture::ShapeTexture,
 };
 
 /// Data of objects that is not part of the tree.
@@ -49,14 +50,16 @@ impl Document {
             });
         }
         document.meshes = meshes.list;
+        document.images = meshes.images;
         document
     }
 }
 
-/// The meshes of the document; a mesh's number is its index plus one.
+/// The meshes and images of the document; the number of each is its index plus one.
 #[derive(Default)]
 pub(super) struct Meshes {
     list: Vec<Arc<Mesh>>,
+    images: Vec<Arc<Image>>,
     /// Whether meshes with the same contents have the same number.
     by_contents: bool,
 }
@@ -77,6 +80,17 @@ impl Meshes {
         });
         Value::Int(at as i64 + 1)
     }
+
+    /// Returns a texture with the number that its image has here.
+    fn texture(&mut self, texture: &ShapeTexture) -> Option<Value> {
+        let image = texture.image.as_ref()?;
+        let known = self.images.iter().position(|i| Arc::ptr_eq(i, image) || self.by_contents && **i == **image);
+        let at = known.unwrap_or_else(|| {
+            self.images.push(image.clone());
+            self.images.len() - 1
+        });
+        Some(texture.numbered(at as i64 + 1))
+    }
 }
 
 /// Returns the rows of an object that differ from those of a new one of its kind.
@@ -93,6 +107,9 @@ pub(super) fn rows(scene: &Scene, slot: u32, device: Option<&DeviceSpec>, meshes
             (Row::Alias | Row::Name | Row::Parent | Row::Pose | Row::WorldPose, _) => continue,
             (Row::Position | Row::Quaternion | Row::Orientation | Row::Surface | Row::Cyclic, _) => continue,
             (Row::Mesh, Data::Shape(s)) => out.extend(s.mesh.as_ref().map(|m| (row, meshes.number(m)))),
+            (Row::Texture, Data::Shape(s)) => {
+                out.extend(s.texture.as_ref().and_then(|t| meshes.texture(t)).map(|t| (row, t)));
+            }
             (Row::Parts, Data::Shape(s)) => out.extend(parts(s, meshes).map(|p| (row, p))),
             (Row::Mass, Data::Shape(s)) if s.mass.is_none() => {}
             (Row::Inertia, Data::Shape(s)) if s.inertia.is_none() => {}
@@ -148,6 +165,7 @@ fn parts(shape: &Shape, meshes: &mut Meshes) -> Option<Value> {
             map.push((Value::text("quaternion"), Value::Floats(pose[3..].to_vec())));
         }
         map.extend(p.color.map(|c| (Value::text("color"), Value::Floats(c.to_vec()))));
+        map.extend(p.texture.as_ref().and_then(|t| meshes.texture(t)).map(|t| (Value::text("texture"), t)));
         map.extend(p.friction.map(|f| (Value::text("friction"), Value::Float(f))));
         if p.convex {
             map.push((Value::text("convex"), Value::Bool(true)));

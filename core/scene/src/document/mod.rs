@@ -50,7 +50,7 @@ pub use toml::{Edited, Options, Patched, Written, folder_beside, load, load_part
 
 use crate::{ActuatorData, Data, Joint, Scene, SensorData, Shape, rows::Row};
 use tatu_errors::{Error, Place, Result};
-use tatu_geometry::Mesh;
+use tatu_geometry::{Image, Mesh};
 use tatu_plugins::Declared;
 
 /// The kind of script that runs the stages of a step itself.
@@ -177,6 +177,8 @@ pub struct Document {
     pub objects: Vec<ObjectSpec>,
     /// Meshes; shapes refer to them by number, from 1.
     pub meshes: Vec<Arc<Mesh>>,
+    /// Images; textures refer to them by number, from 1.
+    pub images: Vec<Arc<Image>>,
     /// Placed models, in order.
     pub models: Vec<ModelInstance>,
     /// Number of the next model.
@@ -315,11 +317,14 @@ impl Document {
         slots
     }
 
-    /// Assigns meshes to the parts of a shape, by number.
+    /// Assigns meshes and images to a shape and its parts, by number.
     pub fn fill_parts(&self, scene: &mut Scene, slot: u32) {
         let Some(Data::Shape(shape)) = scene.get_mut(slot).map(|o| &mut o.data) else { return };
         for part in shape.parts.iter_mut().filter(|p| p.mesh_number > 0) {
             part.mesh = self.meshes.get(part.mesh_number as usize - 1).cloned();
+        }
+        for texture in shape.textures_mut() {
+            texture.image = self.images.get((texture.image_number as usize).wrapping_sub(1)).cloned();
         }
     }
 

@@ -8,7 +8,7 @@ use std::{
 use nalgebra::Isometry3;
 use nalgebra::Point3;
 use tatu_errors::{Error, Place, Result};
-use tatu_geometry::Mesh;
+use tatu_geometry::{MOST_PIXELS, Mesh};
 use tatu_plugin_api::{
     abi::*,
     safe::{Owned, Value},
@@ -262,9 +262,17 @@ unsafe extern "C" fn mesh(
     with(t, |_, b| b.mesh(mesh)).unwrap_or(0) as u64
 }
 
-unsafe extern "C" fn image(t: Option<&tatu_builder>, _: *const u8, _: u32, _: u32) -> u64 {
-    with(t, |_, _| Err::<(), _>(Error::new("E112", "this host does not draw images on shapes yet")));
-    0
+unsafe extern "C" fn image(t: Option<&tatu_builder>, rgba: *const u8, width: u32, height: u32) -> u64 {
+    let pixels = u64::from(width) * u64::from(height);
+    if rgba.is_null() || pixels > MOST_PIXELS as u64 {
+        let lacks = if rgba.is_null() { "null was given".into() } else { format!("expected at most {MOST_PIXELS}") };
+        let error = Error::new("E111", format!("an image of {width} x {height} pixels was refused: {lacks}"));
+        with(t, |_, _| Err::<(), _>(error));
+        return 0;
+    }
+    // SAFETY: the pointer is not null, and the header requires 4 bytes per pixel, valid during the call.
+    let rgba = unsafe { std::slice::from_raw_parts(rgba, 4 * pixels as usize) };
+    with(t, |_, b| b.image(width, height, rgba.to_vec())).unwrap_or(0) as u64
 }
 
 extern "C" fn script(

@@ -102,6 +102,19 @@ impl<'a> Keys<'a> {
             Some(_) => self.wrong(key, "true or false"),
         }
     }
+    /// Returns a boolean or a list of such, if the key exists.
+    pub fn flags(&self, key: &str) -> Result<Option<Vec<bool>>, Refusal> {
+        let flag = |v: &Value| if let Value::Bool(b) = v { Some(*b) } else { None };
+        match self.find(key) {
+            None | Some(Value::Nil) => Ok(None),
+            Some(Value::Bool(b)) => Ok(Some(vec![*b])),
+            Some(Value::List(all)) => {
+                let all = all.iter().map(flag).collect::<Option<_>>();
+                all.map_or_else(|| self.wrong(key, "true or false, each"), |all| Ok(Some(all)))
+            }
+            Some(_) => self.wrong(key, "true or false"),
+        }
+    }
     /// Returns red, green and blue, each from 0 to 1, if the key exists.
     pub fn color(&self, key: &str) -> Result<Option<[f64; 3]>, Refusal> {
         match self.find(key) {

@@ -12,7 +12,7 @@ use tatu_geometry::Mesh;
 use tatu_physics::{BodyId, JointId, Passive, Surface};
 use tatu_plugin_api::abi::*;
 
-use crate::{drive::Drive, graph::GraphSpec, noise::NoiseSpec};
+use crate::{drive::Drive, graph::GraphSpec, noise::NoiseSpec, texture::ShapeTexture};
 
 mod course;
 mod follow;
@@ -159,6 +159,8 @@ pub struct ShapePart {
     pub pose: Isometry3<f64>,
     /// Its colour, if it differs from the shape's.
     pub color: Option<[f64; 3]>,
+    /// The image on it, if it differs from the shape's.
+    pub texture: Option<ShapeTexture>,
     /// Its friction, if it differs from the shape's.
     pub friction: Option<f64>,
     /// Number of its mesh in the document, from 1, if it has the form `mesh`; otherwise 0.
@@ -186,6 +188,7 @@ pub struct Shape {
     pub convex: bool,
     pub parts: Vec<ShapePart>,
     pub color: [f64; 3],
+    pub texture: Option<ShapeTexture>,
     pub mass: Option<f64>,
     pub inertia: Option<[f64; 9]>,
     pub com: Vector3<f64>,
@@ -224,6 +227,7 @@ impl Default for Shape {
             convex: false,
             parts: Vec::new(),
             color: [0.7; 3],
+            texture: None,
             mass: None,
             inertia: None,
             com: Vector3::zeros(),
@@ -245,6 +249,17 @@ impl Default for Shape {
             collide_size: Vector3::zeros(),
             body: Body(None),
         }
+    }
+}
+
+impl Shape {
+    /// Returns the images on the shape and on its parts.
+    pub fn textures(&self) -> impl Iterator<Item = &ShapeTexture> {
+        self.texture.iter().chain(self.parts.iter().filter_map(|p| p.texture.as_ref()))
+    }
+    /// Returns the images on the shape and on its parts, to be changed.
+    pub fn textures_mut(&mut self) -> impl Iterator<Item = &mut ShapeTexture> {
+        self.texture.iter_mut().chain(self.parts.iter_mut().filter_map(|p| p.texture.as_mut()))
     }
 }
 

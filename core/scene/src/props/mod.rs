@@ -13,6 +13,7 @@ use tatu_plugin_api::{abi::*, safe::Value};
 use crate::{
     Data, Drive, JointType, Primitive, Scene, Shape, default_inertia, default_mass, pose_to_array,
     rows::{Of, Row, kind_name},
+    texture::ShapeTexture,
     to_euler,
 };
 pub use changed::Changed;
@@ -20,7 +21,7 @@ pub(crate) use changed::refuse;
 pub use set::is_drive;
 pub use set::{set, set_numbers};
 use tatu_geometry::Mesh;
-pub use values::{notes, notes_value, part_meshes};
+pub use values::{notes, notes_value, part_images, part_meshes};
 
 fn lacks<T>(scene: &Scene, slot: u32, row: Row) -> Result<T, Refusal> {
     let kind = scene.get(slot).map_or("nothing", |o| kind_name(o.kind()));
@@ -113,6 +114,7 @@ fn get_shape(s: &Shape, row: Row) -> Option<Value> {
         Row::Size => Value::Floats(s.size.iter().copied().collect()),
         Row::Convex => Value::Bool(s.convex),
         Row::Color => Value::Floats(s.color.to_vec()),
+        Row::Texture => ShapeTexture::to_value(s.texture.as_ref()),
         Row::Mass => Value::Float(s.mass.unwrap_or_else(|| default_mass(s))),
         Row::Inertia => {
             let m = s.inertia.map_or_else(

@@ -22,6 +22,7 @@ use crate::{
     is_alias,
     noise::NoiseSpec,
     object::{MOST_SAMPLES as MOST_SAMPLES_OF_FORCE, SensorTargets, is_curve},
+    texture::ShapeTexture,
 };
 
 /// Returns whether a row is a number of a joint's drive, for which any finite number is valid.
@@ -324,6 +325,13 @@ fn set_shape(s: &mut Shape, row: Row, value: &Value, text: &str) -> Result<Optio
         (Row::Material, _) => {
             text.clone_into(&mut s.material);
             return Ok(Some(Changed::Drive));
+        }
+        (Row::Texture, _) => {
+            let image = s.texture.take().map(|old| (old.image_number, old.image));
+            s.texture = ShapeTexture::from_value(value)?;
+            if let (Some(new), Some((number, image))) = (&mut s.texture, image) {
+                new.image = image.filter(|_| number == new.image_number);
+            }
         }
         (Row::JointSolver, _) => s.joint_solver = JointSolver::parse(text),
         (Row::CollideAs, _) => s.collide_as = Primitive::parse(text),

@@ -11,6 +11,7 @@ use super::{
     super::{Primitive, ShapePart, from_euler, pose_from_array},
     refuse,
 };
+use crate::texture::ShapeTexture;
 
 /// Builds a mesh from a list of coordinates and a list of vertex indices.
 pub fn surface(lists: &[Value]) -> Result<Mesh, Refusal> {
@@ -69,6 +70,12 @@ pub fn part_meshes(parts: &Value) -> Vec<u32> {
     parts.iter().filter_map(|p| parse_part(p).ok()).map(|p| p.mesh_number).filter(|n| *n > 0).collect()
 }
 
+/// Returns the numbers of the images in a list of parts.
+pub fn part_images(parts: &Value) -> Vec<u32> {
+    let Value::List(parts) = parts else { return Vec::new() };
+    parts.iter().filter_map(|p| parse_part(p).ok()?.texture).map(|t| t.image_number).collect()
+}
+
 pub fn parse_part(value: &Value) -> Result<ShapePart, Refusal> {
     let Value::Map(entries) = value else { return refuse(TATU_ERR_ARGUMENT, "a part must be a table") };
     let mut part = ShapePart {
@@ -76,6 +83,7 @@ pub fn parse_part(value: &Value) -> Result<ShapePart, Refusal> {
         size: Vector3::repeat(0.1),
         pose: nalgebra::Isometry3::identity(),
         color: None,
+        texture: None,
         friction: None,
         mesh_number: 0,
         mesh: None,
@@ -109,6 +117,7 @@ pub fn parse_part(value: &Value) -> Result<ShapePart, Refusal> {
                 part.pose.rotation = pose.ok_or_else(wrong)?.rotation;
             }
             b"color" => part.color = Some(three()?),
+            b"texture" => part.texture = ShapeTexture::from_value(v)?,
             b"friction" => match v {
                 Value::Float(f) if *f >= 0.0 => part.friction = Some(*f),
                 Value::Int(i) if *i >= 0 => part.friction = Some(*i as f64),
@@ -127,8 +136,8 @@ pub fn parse_part(value: &Value) -> Result<ShapePart, Refusal> {
                 return refuse(
                     TATU_ERR_ARGUMENT,
                     format!(
-                        "a part has no `{key}`; expected primitive, size, position, orientation, quaternion, color, friction, \
-                         mesh, convex"
+                        "a part has no `{key}`; expected primitive, size, position, orientation, quaternion, color, texture, \
+                         friction, mesh, convex"
                     ),
                 );
             }

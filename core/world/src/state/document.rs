@@ -24,5 +24,9 @@ pub fn fingerprint(document: &Document) -> u64 {
         put(format!("{:?}", mesh.triangles));
         put(format!("{:?}", mesh.vertices));
     }
+    for image in &document.images {
+        h.update(&image.columns().to_le_bytes());
+        h.update(image.rgba());
+    }
     h.digest()
 }

@@ -1,7 +1,9 @@
 //! Taking a snapshot of a world.
 
+use std::sync::Arc;
+
 use tatu_errors::{Error, Result};
-use tatu_geometry::Mesh;
+use tatu_geometry::{Image, Mesh};
 use tatu_scene::{Scene, Shape};
 
 use super::{
@@ -53,25 +55,35 @@ pub(crate) fn take(cell: &WorldCell) -> Result<Snapshot> {
 fn meshes(cell: &WorldCell, scene: &Scene) -> Result<Vec<(u32, u32)>> {
     let mut out = Vec::new();
     for (slot, o) in scene.slots() {
-        let own = |m: &std::sync::Arc<Mesh>, n: u32| {
+        let own = |m: &Arc<Mesh>, n: u32| {
             cell.model
                 .document
                 .meshes
                 .get((n as usize).wrapping_sub(1))
-                .is_some_and(|known| std::sync::Arc::ptr_eq(known, m))
+                .is_some_and(|known| Arc::ptr_eq(known, m))
         };
         let foreign = |s: &Shape| s.parts.iter().any(|p| p.mesh.as_ref().is_some_and(|m| !own(m, p.mesh_number)));
+        let lost = |s: &Shape| s.textures().any(|t| t.image.as_ref().is_some_and(|i| !owns(cell, i, t.image_number)));
+        if o.shape().is_some_and(lost) {
+            return Err(Error::new("E503", format!("an image on {} is not the scene's", scene.path(slot))));
+        }
         if o.shape().is_some_and(foreign) {
             return Err(Error::new("E503", format!("the meshes of {} are not the scene's", scene.path(slot))));
         }
         let Some(mesh) = o.shape().and_then(|s| s.mesh.as_ref()) else { continue };
         let number =
-            cell.model.document.meshes.iter().position(|m| std::sync::Arc::ptr_eq(m, mesh)).ok_or_else(|| {
+            cell.model.document.meshes.iter().position(|m| Arc::ptr_eq(m, mesh)).ok_or_else(|| {
                 Error::new("E503", format!("the mesh of {} is not one of the scene's", scene.path(slot)))
             })?;
         out.push((slot, number as u32));
     }
     Ok(out)
+}
+
+/// Returns whether an image is the document's under this number.
+fn owns(cell: &WorldCell, image: &Arc<Image>, number: u32) -> bool {
+    let known = cell.model.document.images.get((number as usize).wrapping_sub(1));
+    known.is_some_and(|known| Arc::ptr_eq(known, image))
 }
 
 fn core(cell: &WorldCell) -> Result<CoreImage> {

@@ -75,6 +75,18 @@ impl<'a> Builder<'a> {
             id => Ok(id as i64),
         }
     }
+    /// Adds an image of 4 bytes per pixel, top row first; returns its number for the property "texture" of shapes.
+    pub fn image(&self, rgba: &[u8], columns: u32, rows: u32) -> Result<i64> {
+        let refused = || Fail::new(format!("the host refused an image of {columns} x {rows} pixels"));
+        if rgba.len() as u64 != 4 * u64::from(columns) * u64::from(rows) {
+            return Err(refused());
+        }
+        // SAFETY: the slice has 4 bytes per pixel.
+        match self.raw.image.map_or(0, |f| unsafe { f(Some(self.raw), rgba.as_ptr(), columns, rows) }) {
+            0 => Err(refused()),
+            id => Ok(id as i64),
+        }
+    }
     /// Reads a file next to the source; the bytes are valid during the build. Returns `None` if the file does not
     /// exist. A path outside of the folders that may be read makes the build fail.
     pub fn file(&self, relative: &str) -> Option<&'a [u8]> {

@@ -21,6 +21,7 @@ use crate::{
     },
     report::Report,
     scripts, sensors,
+    textures::Images,
     turned::turned,
     views,
 };
@@ -33,15 +34,15 @@ pub fn scene(builder: &Builder<'_>, file: &File) -> Result<Vec<Value>> {
     let order = in_order(file);
     let tree = Tree::new(file, &order);
     let meant = kept::meant(file);
+    let mut images = Images::default();
     for i in order {
         let o = &file.objects[i];
         if scripts::is_holder(o) {
             continue;
         }
-        let node = object(builder, (file, &tree, &meant), o, nodes.get(&o.common.parent).copied(), &mut report)?;
+        let node = object(builder, (file, &tree, &meant), &mut images, o, nodes.get(&o.common.parent).copied(), &mut report)?;
         nodes.insert(o.common.id, node);
     }
-    report.all("without", "images on shapes", file.textures.len());
     scripts::attach(builder, file, &nodes, &mut report)?;
     report.all("without", "the solver of groups for inverse kinematics", file.ik_groups.len());
     for (path, unknown) in &file.unknown.all {
@@ -117,6 +118,7 @@ fn in_order(file: &File) -> Vec<usize> {
 fn object<'a>(
     builder: &Builder<'a>,
     (file, tree, meant): (&File, &Tree<'_>, &BTreeSet<i32>),
+    images: &mut Images,
     o: &Object,
     parent: Option<Node<'a>>,
     report: &mut Report,
@@ -148,7 +150,7 @@ fn object<'a>(
     }
     node.set("object.data", scripts::data(file, o, meant.contains(&c.id)))?;
     match &o.kind {
-        Kind::Shape(s) => shape(builder, (file, tree), o, s, node, report)?,
+        Kind::Shape(s) => shape(builder, (file, tree), images, o, s, node, report)?,
         Kind::Joint(j) => dynamics::joint(file, tree, j, o, node, report)?,
         Kind::Proximity(s) => sensors::proximity((file, tree), s, o, node, report)?,
         Kind::Vision(s) => sensors::vision((file, tree), s, o, node, report)?,
@@ -187,6 +189,7 @@ const WIRE_FRAME: u8 = 4;
 fn shape<'a>(
     builder: &Builder<'a>,
     (file, tree): (&File, &Tree<'_>),
+    images: &mut Images,
     o: &Object,
     s: &Shape,
     node: Node<'a>,
@@ -212,13 +215,22 @@ fn shape<'a>(
             continue;
         }
         let color = Value::from(leaf.leaf.color.diffuse);
+        let texture = match &leaf.leaf.texture {
+            Some(property) => images.texture((builder, file), property, o, report)?,
+            None => None,
+        };
+        let drawn = |mut part: Vec<(Value, Value)>| {
+            part.push((Value::text("color"), color.clone()));
+            part.extend(texture.clone().map(|t| (Value::text("texture"), t)));
+            part
+        };
         let convex = leaf.leaf.convex || leaf.part.convex;
         let round = || if convex { forms::round(&surface) } else { None };
         let form_part = |(form, size, place): forms::Form| {
             let place = leaf.frame * place;
             let q = place.rotation.coords;
             let (at, turn) = (<[f64; 3]>::from(place.translation.vector), [q.x, q.y, q.z, q.w]);
-            map! { "primitive": form, "size": size, "position": at, "quaternion": turn, "color": color.clone() }
+            drawn(map! { "primitive": form, "size": size, "position": at, "quaternion": turn })
         };
         if let Some(form) = forms::pure(leaf.leaf, &surface).or_else(round) {
             parts.push(form_part(form));
@@ -234,7 +246,7 @@ fn shape<'a>(
         };
         let surface = surface.moved(&leaf.frame);
         let number = builder.mesh(&surface.points, &surface.triangles)?;
-        parts.push(map! { "primitive": "mesh", "mesh": number, "convex": convex, "color": color });
+        parts.push(drawn(map! { "primitive": "mesh", "mesh": number, "convex": convex }));
     }
     if parts.is_empty() {
         report.add("refused", "its mesh has no triangles", o);

@@ -15,6 +15,7 @@ mod report;
 mod scripts;
 mod sensors;
 mod targets;
+mod textures;
 mod turned;
 mod views;
 

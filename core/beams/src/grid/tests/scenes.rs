@@ -10,7 +10,7 @@ use crate::Faces;
 use crate::Target;
 
 pub(super) fn target(object: u64, pose: Isometry3<f64>, form: Form) -> Target {
-    Target { object, group: object as u32 % 3, world_from_target: pose, form, color: [0.7; 3] }
+    Target { object, group: object as u32 % 3, world_from_target: pose, form, color: [0.7; 3], texture: None }
 }
 
 pub(super) fn scene(targets: impl IntoIterator<Item = Target>) -> BeamScene {

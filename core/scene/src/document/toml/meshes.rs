@@ -13,18 +13,24 @@ use super::{
 use crate::rows::Row;
 
 impl Reader<'_> {
-    /// Replaces the file names of meshes in a value by their numbers.
-    pub(super) fn with_meshes(&mut self, b: &mut Builder<'_>, target: &Target, value: Value) -> Result<Value> {
+    /// Replaces the file names of meshes and images in a value by their numbers.
+    pub(super) fn with_files(&mut self, b: &mut Builder<'_>, target: &Target, value: Value) -> Result<Value> {
         match (target, value) {
             (Target::Row(Row::Mesh), Value::Text(name)) => self.mesh(b, &name),
             (Target::Row(Row::Parts), Value::List(mut parts)) => {
                 let entries = parts.iter_mut().filter_map(|p| if let Value::Map(m) = p { Some(m) } else { None });
-                for (_, value) in entries.flatten().filter(|(key, _)| *key == Value::text("mesh")) {
-                    if let Value::Text(name) = value {
-                        *value = self.mesh(b, name)?;
+                for (key, value) in entries.flatten() {
+                    match value {
+                        Value::Text(name) if *key == Value::text("mesh") => *value = self.mesh(b, name)?,
+                        texture if *key == Value::text("texture") => self.with_image(b, texture)?,
+                        _ => {}
                     }
                 }
                 Ok(Value::List(parts))
+            }
+            (Target::Row(Row::Texture), mut texture) => {
+                self.with_image(b, &mut texture)?;
+                Ok(texture)
             }
             (_, value) => Ok(value),
         }
@@ -64,7 +70,7 @@ impl Reader<'_> {
 }
 
 /// Returns the folders that files must be in: that of the current file, and that of the scene.
-fn roots(b: &Builder<'_>, folder: PathBuf) -> Vec<PathBuf> {
+pub(super) fn roots(b: &Builder<'_>, folder: PathBuf) -> Vec<PathBuf> {
     let scene = b.document.file.as_ref().and_then(|f| f.parent()).map(PathBuf::from);
     [folder].into_iter().chain(scene).collect()
 }

@@ -12,6 +12,7 @@
 //!   text of values.
 
 mod changes;
+mod images;
 mod meshes;
 mod models;
 mod naming;
@@ -154,6 +155,8 @@ struct Reader<'a> {
     registry: &'a Registry,
     /// Numbers of the meshes read from files.
     meshes: BTreeMap<PathBuf, i64>,
+    /// Numbers of the images read from files.
+    images: BTreeMap<PathBuf, i64>,
 }
 
 /// Adds what a text in the scene format describes. If it differs from the contents of its file, errors point to whole
@@ -183,7 +186,7 @@ fn add_text(b: &mut Builder<'_>, file: &Path, text: &str, parent: Option<usize>)
 
 impl<'a> Reader<'a> {
     fn new(file: &'a Path, text: &'a str, registry: &'a Registry) -> Self {
-        Reader { text: keys::Text::new(file, text), registry, meshes: BTreeMap::new() }
+        Reader { text: keys::Text::new(file, text), registry, meshes: BTreeMap::new(), images: BTreeMap::new() }
     }
 
     fn read(

@@ -83,7 +83,7 @@ impl Reader<'_> {
                 e.at(within.or_else(place))
             })?;
             let place = place();
-            let value = self.with_meshes(b, target, value).map_err(|e| e.at(place.clone()))?;
+            let value = self.with_files(b, target, value).map_err(|e| e.at(place.clone()))?;
             b.put(object, declared, target, value).map_err(|e| e.at(place))?;
         }
         scripts::read(&self.text, b, table, object)

@@ -5,7 +5,7 @@ use tatu_plugin_api::safe::Value;
 use tatu_plugins::units;
 
 use super::keys::PART_KEYS;
-use crate::drive::KEYS as DRIVE_KEYS;
+use crate::{drive::KEYS as DRIVE_KEYS, texture::KEYS as TEXTURE_KEYS};
 
 /// Formats a key and its value as a line of a table: `limits_deg = [-90.0, 90.0]`. Returns `None` if files cannot
 /// express the value.
@@ -60,11 +60,20 @@ pub fn drive(value: &Value) -> Option<String> {
     units_of(entries, DRIVE_KEYS)
 }
 
+/// Formats the image on a shape.
+pub fn texture(value: &Value) -> Option<String> {
+    let Value::Map(entries) = value else { return None };
+    units_of(entries, TEXTURE_KEYS)
+}
+
 /// Formats a table whose keys carry units.
 fn units_of(entries: &[(Value, Value)], known: &[(&str, &str)]) -> Option<String> {
     let entry = |(k, v): &(Value, Value)| {
         let Value::Text(k) = k else { return None };
         let k = std::str::from_utf8(k).ok()?;
+        if k == "texture" {
+            return Some(format!("{k} = {}", texture(v)?));
+        }
         line(k, known.iter().find(|(known, _)| *known == k).map(|(_, unit)| *unit), v)
     };
     let there = entries.iter().filter(|(_, v)| *v != Value::Nil);

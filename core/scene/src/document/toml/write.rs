@@ -16,7 +16,8 @@ use tatu_plugins::Registry;
 
 use super::{
     super::{Builder, Document, NORMAL, ObjectSpec, PRIORITIES, Settings, Target, settings},
-    value_text::{divided, drive, free_data, line, quoted, text},
+    images,
+    value_text::{divided, drive, free_data, line, quoted, text, texture},
 };
 use crate::{Scene, from_euler, rows::Row, rows::kind_name, to_euler};
 
@@ -113,6 +114,8 @@ struct Writer<'a> {
     names: BTreeSet<String>,
     /// Files of meshes, by number.
     meshes: BTreeMap<i64, String>,
+    /// Files of images, by number.
+    images: BTreeMap<i64, String>,
     /// Number of objects with each alias.
     users: BTreeMap<&'a str, usize>,
 }
@@ -124,8 +127,8 @@ impl<'a> Writer<'a> {
         for spec in &document.objects {
             *users.entry(&spec.alias).or_default() += 1;
         }
-        let (out, meshes) = (Written::default(), BTreeMap::new());
-        Writer { document, registry, scene, slots, folder, out, names, meshes, users }
+        let (out, meshes, images) = (Written::default(), BTreeMap::new(), BTreeMap::new());
+        Writer { document, registry, scene, slots, folder, out, names, meshes, images, users }
     }
 
     fn put(&mut self, line: &str) {
@@ -213,6 +216,7 @@ impl<'a> Writer<'a> {
             let written = match row {
                 Row::Notes => free_data(value).map(|text| format!("data = {text}")),
                 Row::Drive => drive(value).map(|text| format!("drive = {text}")),
+                Row::Texture => texture(&self.with_image(value, &spec.alias)).map(|text| format!("texture = {text}")),
                 Row::Mesh | Row::Parts => line(&d.key, None, &self.with_files(value, &spec.alias)),
                 _ => line(&d.key, d.unit.as_deref(), value),
             };
@@ -261,6 +265,7 @@ impl<'a> Writer<'a> {
                         let Value::Map(entries) = part else { return part.clone() };
                         let entry = |(k, v): &(Value, Value)| match v {
                             Value::Int(_) if *k == Value::text("mesh") => (k.clone(), self.with_files(v, alias)),
+                            Value::Map(_) if *k == Value::text("texture") => (k.clone(), self.with_image(v, alias)),
                             _ => (k.clone(), v.clone()),
                         };
                         Value::Map(entries.iter().map(entry).collect())
@@ -269,6 +274,28 @@ impl<'a> Writer<'a> {
             ),
             other => other.clone(),
         }
+    }
+
+    /// Replaces the number of the image in a texture by a file name.
+    fn with_image(&mut self, value: &Value, alias: &str) -> Value {
+        let Value::Map(entries) = value else { return value.clone() };
+        let entry = |(k, v): &(Value, Value)| match v {
+            Value::Int(number) if *k == Value::text("image") => (k.clone(), Value::text(self.image(*number, alias))),
+            _ => (k.clone(), v.clone()),
+        };
+        Value::Map(entries.iter().map(entry).collect())
+    }
+
+    /// Returns the file of an image, adding the file when the image is first used.
+    fn image(&mut self, number: i64, alias: &str) -> String {
+        if let Some(file) = self.images.get(&number) {
+            return file.clone();
+        }
+        let file = self.file(alias, ".png");
+        let image = usize::try_from(number - 1).ok().and_then(|n| self.document.images.get(n));
+        self.out.files.push((file.clone(), image.map_or_else(Vec::new, |i| images::png(i))));
+        self.images.insert(number, file.clone());
+        file
     }
 
     /// Returns the file of a mesh, adding the file when the mesh is first used.

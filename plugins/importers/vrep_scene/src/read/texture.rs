@@ -51,17 +51,37 @@ pub struct Property {
     pub mode: i32,
     /// Scale along u and v.
     pub scale: [f64; 2],
-    /// Frame of the projection.
+    /// Frame of the projection in that of the shape.
     pub pose: Stored,
+    /// Whether colors between pixels are interpolated.
+    pub smooth: bool,
+    /// Whether it repeats along u and v.
+    pub repeat: [bool; 2],
+    /// What it does to the color of the shape: 0 modulates, 1 covers, 2 adds.
+    pub apply: i32,
 }
 
 /// Reads `Toj`.
 pub fn property(c: &mut Cursor<'_>, unknown: &mut Unknowns) -> Read<Property> {
-    let mut property = Property { texture: -1, mode: 0, scale: [1.0; 2], pose: IDENTITY };
+    let mut property = Property {
+        texture: -1,
+        mode: 0,
+        scale: [1.0; 2],
+        pose: IDENTITY,
+        smooth: true,
+        repeat: [true; 2],
+        apply: 0,
+    };
     let tags = tags!(Property {
         "Tob" | "_ob" => |p, c, _| Ok((p.texture, p.mode, p.scale) = (c.i32()?, c.i32()?, c.reals()?)),
         "Trc" | "_rc" => |p, c, _| Ok(p.pose = quaternion_first(c)?),
+        "Bst" => |p, c, _| Ok(p.apply = i32::from(c.u8()? & 2 != 0)),
+        "Bs2" => |p, c, _| {
+            let bits = c.u8()?;
+            Ok((p.smooth, p.repeat) = (bits & 1 != 0, [bits & 4 != 0, bits & 8 != 0]))
+        },
+        "Apm" => |p, c, _| Ok(p.apply = c.i32()?),
     });
-    object(c, tags, &["Ftc", "Bs2", "Bst", "Apm", "Cv2"], &mut property, unknown)?;
+    object(c, tags, &["Ftc", "Cv2"], &mut property, unknown)?;
     Ok(property)
 }

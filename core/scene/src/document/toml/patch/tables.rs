@@ -141,7 +141,7 @@ impl Writer<'_> {
         let special = match (row, value) {
             (Row::Notes, Some(value)) => Some(("data", free_data(value))),
             (Row::Drive, Some(value)) => Some(("drive", drive(value))),
-            (Row::Mesh | Row::Parts, _) => return problem(self),
+            (Row::Mesh | Row::Parts | Row::Texture, _) => return problem(self),
             _ => None,
         };
         match special {

@@ -1,0 +1,243 @@
+//! Images on surfaces: how an image is projected onto a form, and the colour that a point of the surface gets.
+
+use std::sync::Arc;
+
+use nalgebra::{Isometry3, Point3, Vector3};
+use serde::{Deserialize, Serialize};
+
+/// Greatest number of pixels of an image: 64 MB.
+pub const MOST_PIXELS: usize = 16 << 20;
+
+/// An image.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Image {
+    columns: u32,
+    rows: u32,
+    rgba: Vec<u8>,
+}
+
+impl Image {
+    /// Makes an image of pixels of 4 bytes, top row first. `None`: it has no pixels, more than [`MOST_PIXELS`], or
+    /// another number of bytes.
+    pub fn new(columns: u32, rows: u32, rgba: Vec<u8>) -> Option<Self> {
+        let pixels = (columns as usize).checked_mul(rows as usize)?;
+        let fits = pixels > 0 && pixels <= MOST_PIXELS && rgba.len() == 4 * pixels;
+        fits.then_some(Image { columns, rows, rgba })
+    }
+    /// Number of columns.
+    pub fn columns(&self) -> u32 {
+        self.columns
+    }
+    /// Number of rows.
+    pub fn rows(&self) -> u32 {
+        self.rows
+    }
+    /// Red, green, blue and opacity of all pixels, top row first.
+    pub fn rgba(&self) -> &[u8] {
+        &self.rgba
+    }
+    /// Red, green, blue and opacity of a pixel, 0 to 1; columns and rows beyond the image repeat it, or its edge.
+    fn at(&self, column: f64, row: f64, repeat: [bool; 2]) -> [f32; 4] {
+        let place = |x: f64, count: u32, repeats: bool| {
+            let last = f64::from(count - 1);
+            let x = if repeats { x.rem_euclid(f64::from(count)) } else { x };
+            x.clamp(0.0, last) as usize
+        };
+        let (x, y) = (place(column, self.columns, repeat[0]), place(row, self.rows, repeat[1]));
+        let first = 4 * (y * self.columns as usize + x);
+        [0, 1, 2, 3].map(|i| f32::from(self.rgba[first + i]) / 255.0)
+    }
+}
+
+/// How points of a surface are mapped to an image. All but `Box` ignore the direction of the surface.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+pub enum Mapping {
+    /// Along the z axis: x to the right, y up.
+    #[default]
+    Plane,
+    /// Around the z axis: the angle to the right, z up.
+    Cylinder,
+    /// Around the origin: the angle about z to the right, the angle from -z up.
+    Sphere,
+    /// As `Plane`, along the axis that is closest to the surface's normal.
+    Box,
+}
+
+/// Names of mappings, in the order of [`Mapping`].
+pub const MAPPINGS: &[&str] = &["plane", "cylinder", "sphere", "box"];
+
+impl Mapping {
+    /// Returns the mapping with a name in [`MAPPINGS`].
+    pub fn parse(name: &str) -> Option<Self> {
+        let all = [Self::Plane, Self::Cylinder, Self::Sphere, Self::Box];
+        MAPPINGS.iter().position(|m| *m == name).map(|i| all[i])
+    }
+    /// Returns the mapping's name.
+    pub fn name(self) -> &'static str {
+        MAPPINGS[self as usize]
+    }
+}
+
+/// What an image does to the colour of the surface.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+pub enum Blend {
+    /// Colours are multiplied.
+    #[default]
+    Modulate,
+    /// The image covers the colour, as far as it is opaque.
+    Decal,
+    /// Colours are added.
+    Add,
+}
+
+/// Names of blends, in the order of [`Blend`].
+pub const BLENDS: &[&str] = &["modulate", "decal", "add"];
+
+impl Blend {
+    /// Returns the blend with a name in [`BLENDS`].
+    pub fn parse(name: &str) -> Option<Self> {
+        let all = [Self::Modulate, Self::Decal, Self::Add];
+        BLENDS.iter().position(|m| *m == name).map(|i| all[i])
+    }
+    /// Returns the blend's name.
+    pub fn name(self) -> &'static str {
+        BLENDS[self as usize]
+    }
+}
+
+/// The projection of an image onto a surface.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Projection {
+    /// The kind of projection.
+    pub mapping: Mapping,
+    /// Width and height of the image on the surface, m; of `Cylinder` the width, and of `Sphere` both, in turns and in
+    /// half turns.
+    pub size: [f64; 2],
+    /// Frame of the projection in that of the surface. The origin is the middle of the image.
+    pub pose: Isometry3<f64>,
+    /// Whether the image repeats to the right, and up; otherwise its edges continue.
+    pub repeat: [bool; 2],
+    /// Whether colours between pixels are interpolated.
+    pub smooth: bool,
+    /// What it does to the colour of the surface.
+    pub blend: Blend,
+}
+
+impl Default for Projection {
+    fn default() -> Self {
+        Projection {
+            mapping: Mapping::Plane,
+            size: [1.0; 2],
+            pose: Isometry3::identity(),
+            repeat: [true; 2],
+            smooth: true,
+            blend: Blend::Modulate,
+        }
+    }
+}
+
+/// An image on a surface.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Texture {
+    /// The image.
+    pub image: Arc<Image>,
+    /// Its projection.
+    pub projection: Projection,
+}
+
+impl Texture {
+    /// Returns the colour of a surface of colour `base`, at a point with an outward normal, both in the frame of the
+    /// surface.
+    pub fn color(&self, point: &Point3<f64>, normal: &Vector3<f64>, base: [f32; 3]) -> [f32; 3] {
+        let [r, g, b, opacity] = self.sample(self.place(point, normal));
+        let image = [r, g, b];
+        [0, 1, 2].map(|i| match self.projection.blend {
+            Blend::Modulate => base[i] * image[i],
+            Blend::Decal => base[i] + (image[i] - base[i]) * opacity,
+            Blend::Add => (base[i] + image[i]).min(1.0),
+        })
+    }
+
+    /// Returns the place in the image: 0 to 1 to the right and up.
+    fn place(&self, point: &Point3<f64>, normal: &Vector3<f64>) -> [f64; 2] {
+        use std::f64::consts::{PI, TAU};
+        let Projection { mapping, size, pose, .. } = &self.projection;
+        let p = pose.inverse_transform_point(point);
+        let [right, up] = match mapping {
+            Mapping::Plane => [p.x, p.y],
+            Mapping::Cylinder => [libm::atan2(p.y, p.x) / TAU, p.z],
+            Mapping::Sphere => [libm::atan2(p.y, p.x) / TAU, libm::atan2(p.z, libm::sqrt(p.x * p.x + p.y * p.y)) / PI],
+            Mapping::Box => {
+                let n = pose.rotation.inverse_transform_vector(normal);
+                match (n.x.abs(), n.y.abs(), n.z.abs()) {
+                    (x, y, z) if z >= x && z >= y => [p.x, p.y],
+                    (x, y, _) if y >= x => [p.x, p.z],
+                    _ => [p.y, p.z],
+                }
+            }
+        };
+        [right / size[0] + 0.5, up / size[1] + 0.5]
+    }
+
+    fn sample(&self, [right, up]: [f64; 2]) -> [f32; 4] {
+        let (image, Projection { repeat, smooth, .. }) = (&*self.image, &self.projection);
+        let (x, y) = (right * f64::from(image.columns), (1.0 - up) * f64::from(image.rows));
+        if !smooth {
+            return image.at(x.floor(), y.floor(), *repeat);
+        }
+        let (left, top) = ((x - 0.5).floor(), (y - 0.5).floor());
+        let (a, b) = ((x - 0.5 - left) as f32, (y - 0.5 - top) as f32);
+        let pixel = |dx: f64, dy: f64| image.at(left + dx, top + dy, *repeat);
+        let (p, q, r, s) = (pixel(0.0, 0.0), pixel(1.0, 0.0), pixel(0.0, 1.0), pixel(1.0, 1.0));
+        [0, 1, 2, 3].map(|i| {
+            let (above, below) = (p[i] + (q[i] - p[i]) * a, r[i] + (s[i] - r[i]) * a);
+            above + (below - above) * b
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Four squares: red and green above, blue and white below.
+    fn squares(projection: Projection) -> Texture {
+        let rgba = [[255, 0, 0, 255], [0, 255, 0, 255], [0, 0, 255, 255], [255; 4]].concat();
+        Texture { image: Arc::new(Image::new(2, 2, rgba).unwrap()), projection }
+    }
+
+    #[test]
+    fn the_first_row_is_above() {
+        let t = squares(Projection { smooth: false, size: [2.0; 2], ..Default::default() });
+        let seen = |x: f64, y: f64| t.color(&Point3::new(x, y, 7.0), &Vector3::z(), [1.0; 3]);
+        assert_eq!(seen(-0.5, 0.5), [1.0, 0.0, 0.0]);
+        assert_eq!(seen(0.5, 0.5), [0.0, 1.0, 0.0]);
+        assert_eq!(seen(-0.5, -0.5), [0.0, 0.0, 1.0]);
+        assert_eq!(seen(2.5, 0.5), [0.0, 1.0, 0.0], "it repeats");
+    }
+
+    #[test]
+    fn a_box_shows_it_on_each_side() {
+        let t = squares(Projection { mapping: Mapping::Box, smooth: false, size: [2.0; 2], ..Default::default() });
+        let seen = |p: [f64; 3], n: [f64; 3]| t.color(&Point3::from(p), &Vector3::from(n), [1.0; 3]);
+        assert_eq!(seen([1.0, 0.5, 0.5], [1.0, 0.0, 0.0]), [0.0, 1.0, 0.0]);
+        assert_eq!(seen([-0.5, 1.0, 0.5], [0.0, 1.0, 0.0]), [1.0, 0.0, 0.0]);
+    }
+
+    #[test]
+    fn colors_are_mixed() {
+        let with = |blend: Blend| squares(Projection { blend, smooth: false, size: [2.0; 2], ..Default::default() });
+        let seen = |t: Texture| t.color(&Point3::new(-0.5, 0.5, 0.0), &Vector3::z(), [0.5, 0.5, 0.0]);
+        assert_eq!(seen(with(Blend::Modulate)), [0.5, 0.0, 0.0]);
+        assert_eq!(seen(with(Blend::Decal)), [1.0, 0.0, 0.0]);
+        assert_eq!(seen(with(Blend::Add)), [1.0, 0.5, 0.0]);
+    }
+
+    #[test]
+    fn the_edge_continues_where_it_does_not_repeat() {
+        let t = squares(Projection { repeat: [false; 2], size: [2.0; 2], ..Default::default() });
+        assert_eq!(t.color(&Point3::new(9.0, 9.0, 0.0), &Vector3::z(), [1.0; 3]), [0.0, 1.0, 0.0]);
+        assert_eq!(Image::new(2, 2, vec![0; 15]), None);
+        assert_eq!(Image::new(0, 2, Vec::new()), None);
+    }
+}

@@ -1,0 +1,75 @@
+//! Images on shapes.
+
+use std::collections::BTreeMap;
+
+use tatu_plugin_api::safe::{Builder, Result, Value};
+
+use crate::{
+    describe::map,
+    read::{
+        file::{File, Object},
+        pose::isometry,
+        texture::{Property, Texture},
+    },
+    report::Report,
+};
+
+/// Mappings of the file, by number.
+const MAPPINGS: [&str; 4] = ["plane", "cylinder", "sphere", "box"];
+/// What an image does to the color of the shape, by number.
+const BLENDS: [&str; 3] = ["modulate", "decal", "add"];
+
+/// The images that were added to the scene, by their number in the file.
+#[derive(Default)]
+pub struct Images(BTreeMap<i32, i64>);
+
+impl Images {
+    /// Returns the image of a part for the property `texture`, or `None` if it has none that can be drawn.
+    pub fn texture(
+        &mut self,
+        (builder, file): (&Builder<'_>, &File),
+        property: &Property,
+        o: &Object,
+        report: &mut Report,
+    ) -> Result<Option<Value>> {
+        let Some(image) = file.textures.iter().find(|t| t.id == property.texture) else {
+            report.add("without", "an image on it that a vision sensor provides", o);
+            return Ok(None);
+        };
+        let mapping = usize::try_from(property.mode).ok().and_then(|m| MAPPINGS.get(m));
+        let Some(mapping) = mapping.filter(|_| property.scale.iter().all(|x| x.is_finite() && *x > 0.0)) else {
+            report.add("without", format!("an image on it that is mapped in way {}", property.mode), o);
+            return Ok(None);
+        };
+        let number = match self.0.get(&image.id) {
+            Some(number) => *number,
+            None => {
+                let number = builder.image(&pixels(file, image), image.size[0] as u32, image.size[1] as u32)?;
+                self.0.insert(image.id, number);
+                number
+            }
+        };
+        let pose = isometry(&property.pose);
+        let (at, q) = (<[f64; 3]>::from(pose.translation.vector), pose.rotation.coords);
+        let blend = usize::try_from(property.apply).ok().and_then(|b| BLENDS.get(b)).unwrap_or(&BLENDS[0]);
+        Ok(Some(Value::Map(map! {
+            "image": number,
+            "mapping": *mapping,
+            "size": Value::Floats(property.scale.to_vec()),
+            "position": at,
+            "quaternion": [q.x, q.y, q.z, q.w],
+            "repeat": Value::List(property.repeat.map(Value::Bool).to_vec()),
+            "smooth": property.smooth,
+            "blend": *blend,
+        })))
+    }
+}
+
+/// Returns the pixels of an image with 4 bytes each, top row first; a file begins with the lowest row.
+fn pixels(file: &File, image: &Texture) -> Vec<u8> {
+    let (columns, each) = (image.size[0] as usize, if image.alpha { 4 } else { 3 });
+    let bytes = image.pixels.of(&file.data);
+    let rows = bytes.chunks_exact(each * columns).take(image.size[1] as usize);
+    let pixel = |p: &[u8]| [p[0], p[1], p[2], p.get(3).copied().unwrap_or(255)];
+    rows.rev().flat_map(|row| row.chunks_exact(each).flat_map(pixel)).collect()
+}
