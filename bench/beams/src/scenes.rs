@@ -29,7 +29,14 @@ pub fn pose(x: f64, y: f64, z: f64, yaw: f64) -> Isometry3<f64> {
 
 /// One target of its own group.
 pub fn target(number: usize, pose: Isometry3<f64>, form: Form) -> Target {
-    Target { object: number as u64 + 1, group: number as u32 + 1, world_from_target: pose, form, color: [0.7; 3], texture: None }
+    Target {
+        object: number as u64 + 1,
+        group: number as u32 + 1,
+        world_from_target: pose,
+        form,
+        color: [0.7; 3],
+        texture: None,
+    }
 }
 
 fn boxed(number: usize, at: [f64; 3], half: [f64; 3], yaw: f64) -> Target {

@@ -4,9 +4,13 @@ use std::sync::Arc;
 
 use nalgebra::{Isometry3, Point3, Vector3};
 use serde::{Deserialize, Serialize};
+use xxhash_rust::xxh3::xxh3_64_with_seed;
 
 /// Greatest number of pixels of an image: 64 MB.
 pub const MOST_PIXELS: usize = 16 << 20;
+
+/// Surfaces along the border of two pixels show one of them everywhere, in spite of rounding: parts of the image.
+const NUDGE: f64 = 1e-6;
 
 /// An image.
 #[derive(Debug, Clone, PartialEq)]
@@ -14,6 +18,7 @@ pub struct Image {
     columns: u32,
     rows: u32,
     rgba: Vec<u8>,
+    hash: u64,
 }
 
 impl Image {
@@ -22,7 +27,8 @@ impl Image {
     pub fn new(columns: u32, rows: u32, rgba: Vec<u8>) -> Option<Self> {
         let pixels = (columns as usize).checked_mul(rows as usize)?;
         let fits = pixels > 0 && pixels <= MOST_PIXELS && rgba.len() == 4 * pixels;
-        fits.then_some(Image { columns, rows, rgba })
+        let hash = xxh3_64_with_seed(&rgba, columns.into());
+        fits.then_some(Image { columns, rows, rgba, hash })
     }
     /// Number of columns.
     pub fn columns(&self) -> u32 {
@@ -31,6 +37,10 @@ impl Image {
     /// Number of rows.
     pub fn rows(&self) -> u32 {
         self.rows
+    }
+    /// A hash of its content, by which others tell images apart.
+    pub fn hash(&self) -> u64 {
+        self.hash
     }
     /// Red, green, blue and opacity of all pixels, top row first.
     pub fn rgba(&self) -> &[u8] {
@@ -176,7 +186,7 @@ impl Texture {
                 }
             }
         };
-        [right / size[0] + 0.5, up / size[1] + 0.5]
+        [right / size[0] + 0.5 + NUDGE, up / size[1] + 0.5 + NUDGE]
     }
 
     fn sample(&self, [right, up]: [f64; 2]) -> [f32; 4] {

@@ -50,7 +50,13 @@ mod tests {
     use tatu_geometry::Form;
 
     fn ball(radius: f64) -> Vec<Part> {
-        vec![Part { pose: Isometry3::identity(), form: Form::Sphere { radius }, friction: None, color: None, texture: None }]
+        vec![Part {
+            pose: Isometry3::identity(),
+            form: Form::Sphere { radius },
+            friction: None,
+            color: None,
+            texture: None,
+        }]
     }
 
     #[test]

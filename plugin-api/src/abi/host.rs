@@ -338,6 +338,7 @@ pub struct tatu_host_figures {
     pub get:
         Option<for<'a> extern "C" fn(WorldRef<'a>, tatu_object, i64, u32, Option<&mut ValueRef<'a>>) -> tatu_status>,
     pub part: Option<for<'a> extern "C" fn(WorldRef<'a>, tatu_object, u32, Option<&mut ValueRef<'a>>) -> tatu_status>,
+    pub image: Option<for<'a> extern "C" fn(WorldRef<'a>, tatu_object, u32, Option<&mut ValueRef<'a>>) -> tatu_status>,
 }
 
 pub const TATU_OPEN_FILE: u32 = 0;

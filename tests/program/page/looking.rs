@@ -6,6 +6,7 @@ use super::{
     drive::Shown,
     program::{call, next},
 };
+use crate::kit::*;
 
 /// Whether something is drawn of what a sensor reads: `what` is a class of three.js.
 fn draws(sensor: &str, what: &str) -> String {
@@ -135,5 +136,32 @@ fn fields_of_the_details_change_what_is_seen() {
     shown.until(&format!("{body}.scale.x === 2"));
     shown.page.js(&format!("document.querySelector({:?}).click()", field("object.visible")));
     shown.until(&format!("{body}.visible === false"));
+    shown.end();
+}
+
+/// The page draws an image on a surface.
+#[test]
+#[cfg_attr(no_browser, ignore = "needs Chromium, and npm at the build")]
+fn images_are_drawn_on_surfaces() {
+    let place = Place::scene(
+        "[[object]]\nkind = \"shape\"\nalias = \"wall\"\nsize_m = [2, 2, 0.1]\ncolor = [1, 1, 1]\n\
+         texture = { image = \"square.png\", size_m = [4, 4], smooth = false }\n",
+    );
+    let mut image = Vec::new();
+    let mut encoder = png::Encoder::new(&mut image, 1, 1);
+    encoder.set_color(png::ColorType::Rgb);
+    encoder.write_header().unwrap().write_image_data(&[255, 0, 0]).unwrap();
+    std::fs::write(place.path().join("square.png"), image).unwrap();
+    let mut shown = Shown::of(place, &["open", "scene.toml", "--no-browser"]);
+    // In the middle of the picture the wall is red.
+    shown.until(
+        "(() => { const map = objects.groups.get(of('wall').id)?.userData.bodies[0].material.map; \
+         return map && map.image.data.slice(0, 3).join() === '255,0,0'; })()",
+    );
+    let red = "(() => { const c = document.querySelector('#view canvas'); const d = document.createElement('canvas'); \
+               [d.width, d.height] = [c.width, c.height]; const g = d.getContext('2d'); g.drawImage(c, 0, 0); \
+               const [r, green, b] = g.getImageData(c.width / 2, c.height / 2, 1, 1).data; \
+               return r > 60 && green < r / 3 && b < r / 3; })()";
+    shown.until(red);
     shown.end();
 }

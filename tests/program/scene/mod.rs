@@ -14,6 +14,7 @@ mod large;
 mod models_at_run;
 mod removals;
 mod scene_errors;
+mod textures;
 mod urdf;
 mod vrep_registered;
 mod vrep_scene;

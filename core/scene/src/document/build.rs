@@ -294,7 +294,9 @@ impl<'a> Builder<'a> {
         }
         let images = match row {
             Row::Parts => crate::part_images(value),
-            Row::Texture => ShapeTexture::from_value(value).ok().flatten().map(|t| t.image_number).into_iter().collect(),
+            Row::Texture => {
+                ShapeTexture::from_value(value).ok().flatten().map(|t| t.image_number).into_iter().collect()
+            }
             _ => Vec::new(),
         };
         let last = self.document.images.len();

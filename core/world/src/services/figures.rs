@@ -24,6 +24,7 @@ pub static TABLE: tatu_host_figures = tatu_host_figures {
     list: Some(list),
     get: Some(get),
     part: Some(super::shown::part),
+    image: Some(super::shown::image),
 };
 
 /// Calls `f` with the figures of a world.

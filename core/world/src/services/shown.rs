@@ -1,6 +1,6 @@
 //! Data for views: the declared properties of an object, the visible parts of a shape, sources of scripts.
 
-use tatu_geometry::Form;
+use tatu_geometry::{Form, Texture};
 use tatu_plugin_api::{abi::*, safe::Value};
 use tatu_plugins::Declared;
 use tatu_scene::{
@@ -118,7 +118,46 @@ fn nth_part(world: &WorldCell, object: tatu_object, index: usize) -> Result<Opti
         entries.push((Value::text("points"), Value::Floats(points)));
         entries.push((Value::text("triangles"), Value::Ints(triangles)));
     }
+    if let Some(texture) = &part.texture {
+        entries.push((Value::text("texture"), texture_of(texture)));
+    }
     Ok(Some(Value::Map(entries)))
+}
+
+fn texture_of(texture: &Texture) -> Value {
+    let p = &texture.projection;
+    map([
+        ("image", Value::text(format!("{:016x}", texture.image.hash()))),
+        ("mapping", Value::text(p.mapping.name())),
+        ("size", Value::Floats(p.size.to_vec())),
+        ("pose", Value::Floats(pose_to_array(&p.pose).to_vec())),
+        ("repeat", Value::List(p.repeat.map(Value::Bool).to_vec())),
+        ("smooth", Value::Bool(p.smooth)),
+        ("blend", Value::text(p.blend.name())),
+    ])
+}
+
+pub(super) extern "C" fn image<'a>(
+    w: WorldRef<'a>,
+    object: tatu_object,
+    index: u32,
+    out: Option<&mut ValueRef<'a>>,
+) -> tatu_status {
+    on(w, Function::looks("figures.image"), |world| {
+        let found = {
+            let scene = world.state.scene.try_borrow().map_err(|_| busy(world))?;
+            let slot = slot(world, &scene, object)?;
+            let parts = scene.get(slot).and_then(|o| o.shape()).map(visible_parts).unwrap_or_default();
+            let texture = parts.get(index as usize).and_then(|part| part.texture.clone());
+            texture.ok_or(TATU_ERR_MISSING)?.image.clone()
+        };
+        let told = map([
+            ("columns", Value::Int(found.columns().into())),
+            ("rows", Value::Int(found.rows().into())),
+            ("rgba", Value::Bytes(found.rgba().to_vec())),
+        ]);
+        give(world, &told, out)
+    })
 }
 
 pub(super) extern "C" fn text<'a>(w: WorldRef<'a>, script: tatu_object, out: Option<&mut ValueRef<'a>>) -> tatu_status {

@@ -56,11 +56,7 @@ fn meshes(cell: &WorldCell, scene: &Scene) -> Result<Vec<(u32, u32)>> {
     let mut out = Vec::new();
     for (slot, o) in scene.slots() {
         let own = |m: &Arc<Mesh>, n: u32| {
-            cell.model
-                .document
-                .meshes
-                .get((n as usize).wrapping_sub(1))
-                .is_some_and(|known| Arc::ptr_eq(known, m))
+            cell.model.document.meshes.get((n as usize).wrapping_sub(1)).is_some_and(|known| Arc::ptr_eq(known, m))
         };
         let foreign = |s: &Shape| s.parts.iter().any(|p| p.mesh.as_ref().is_some_and(|m| !own(m, p.mesh_number)));
         let lost = |s: &Shape| s.textures().any(|t| t.image.as_ref().is_some_and(|i| !owns(cell, i, t.image_number)));

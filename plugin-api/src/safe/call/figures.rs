@@ -57,6 +57,13 @@ impl<'a> World<'a> {
         let status = service!(self.figures.part)(self.raw(), shape, index, Some(&mut out));
         self.found(status, out)
     }
+    /// Returns the image on the `index`-th visible part of a shape as a map, see `tatu_host_figures.image`, or `None` if
+    /// there is none.
+    pub fn part_image(&self, shape: tatu_object, index: u32) -> Result<Option<ValueRef<'a>>> {
+        let mut out = ValueRef::NIL;
+        let status = service!(self.figures.image)(self.raw(), shape, index, Some(&mut out));
+        self.found(status, out)
+    }
     /// Returns the `index`-th property of an object as a map, see `tatu_host_scene.row`, or `None` past the last one.
     pub fn row(&self, object: tatu_object, index: u32) -> Result<Option<ValueRef<'a>>> {
         let mut out = ValueRef::NIL;

@@ -40,7 +40,8 @@ pub fn scene(builder: &Builder<'_>, file: &File) -> Result<Vec<Value>> {
         if scripts::is_holder(o) {
             continue;
         }
-        let node = object(builder, (file, &tree, &meant), &mut images, o, nodes.get(&o.common.parent).copied(), &mut report)?;
+        let node =
+            object(builder, (file, &tree, &meant), &mut images, o, nodes.get(&o.common.parent).copied(), &mut report)?;
         nodes.insert(o.common.id, node);
     }
     scripts::attach(builder, file, &nodes, &mut report)?;

@@ -96,7 +96,7 @@ function read(view) {
     end = Math.max(end, time);
     if (view.getUint8(at - length - 1) === 0) text(JSON.parse(new TextDecoder().decode(new Uint8Array(view.buffer, from, length))), time);
     else if (view.getUint8(from) === 1) frame(view, from, time);
-    else tell("mesh", new DataView(view.buffer.slice(from, at)));
+    else tell(view.getUint8(from) === 4 ? "texture" : "mesh", new DataView(view.buffer.slice(from, at)));
   }
 }
 

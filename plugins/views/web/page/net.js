@@ -10,7 +10,7 @@ import { BINARY } from "tatu/parse";
 /**
  * What handlers get, by the kind of message: the text messages of the program, binary ones, and those of the connection
  * itself: why there is none, that there is one, and before its first message that it is not the first one.
- * @typedef {{ [M in ToPage as M["type"]]: M } & { frame: DataView, mesh: DataView, image: DataView,
+ * @typedef {{ [M in ToPage as M["type"]]: M } & { frame: DataView, mesh: DataView, image: DataView, texture: DataView,
  *   lost: "gone" | "other" | "old", connected: null, again: { restarted: boolean } }} Messages
  */
 /**
@@ -27,7 +27,7 @@ let program = "";
 const calls = new Calls();
 
 /**
- * Calls `f` with each message of a kind: the `type` of its JSON, or "frame", "mesh", "image", "lost", "connected", "again".
+ * Calls `f` with each message of a kind: the `type` of its JSON, or "frame", "mesh", "image", "texture", "lost", "connected", "again".
  * @template {keyof Messages} K
  * @param {K} kind
  * @param {(message: Messages[K]) => void} f

@@ -7,6 +7,7 @@ import { get } from "tatu/dom";
 import { on } from "tatu/net";
 import { eachEntry, mesh as readMesh } from "tatu/parse";
 import { scene, selection, under, watch } from "tatu/store";
+import { clad } from "tatu/surfaces";
 
 /** @import { Joint, Part, SceneObject } from "tatu/protocol" */
 /** @import { Body, ObjectGroup } from "tatu/crowd" */
@@ -67,6 +68,18 @@ function material(color) {
  * @returns {Body}
  */
 function body(part) {
+  const made = plain(part);
+  const dressed = part.texture && clad(part.texture, part.color, made.geometry, made.scale);
+  if (dressed) [made.geometry, made.material] = [dressed.geometry, dressed.material];
+  return made;
+}
+
+/**
+ * A part without its image.
+ * @param {Part} part
+ * @returns {Body}
+ */
+function plain(part) {
   if (part.form === "mesh") return new THREE.Mesh(meshes.get(part.mesh ?? "") ?? new THREE.BufferGeometry(), material(part.color));
   if (part.form === "capsule") {
     const [d = 1, , l = 1] = part.size ?? [];

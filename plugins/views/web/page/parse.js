@@ -1,8 +1,8 @@
 // @ts-check
 // Binary messages: frames, meshes and images, as docs/reference/web-stream.md describes them. Nothing here needs a page.
 
-/** Kinds of binary messages, by their first byte. @type {{ [kind: number]: "frame" | "mesh" | "image" | undefined }} */
-export const BINARY = { 1: "frame", 2: "mesh", 3: "image" };
+/** Kinds of binary messages, by their first byte. @type {{ [kind: number]: "frame" | "mesh" | "image" | "texture" | undefined }} */
+export const BINARY = { 1: "frame", 2: "mesh", 3: "image", 4: "texture" };
 const HEAD = 20;
 
 /**
@@ -95,6 +95,19 @@ export function mesh(view) {
     points: new Float32Array(buffer.slice(from, from + 12 * points)),
     triangles: new Uint32Array(buffer.slice(from + 12 * points, from + 12 * points + 12 * triangles)),
   };
+}
+
+/**
+ * An image on surfaces: its hash, its size in pixels, and bytes red green blue alpha, the highest row first.
+ * @param {DataView} view
+ * @returns {{ hash: string, width: number, height: number, pixels: Uint8Array<ArrayBuffer> }}
+ */
+export function texture(view) {
+  const { buffer, byteOffset } = view;
+  const hash = new TextDecoder().decode(new Uint8Array(buffer, byteOffset + 4, 16));
+  const [width, height] = [view.getUint32(20, true), view.getUint32(24, true)];
+  const from = byteOffset + 28;
+  return { hash, width, height, pixels: new Uint8Array(/** @type {ArrayBuffer} */ (buffer).slice(from, from + 4 * width * height)) };
 }
 
 /**

@@ -71,6 +71,10 @@ color: [number, number, number],
  */
 size?: Array<number>,
 /**
+ * The image on it.
+ */
+texture?: Texture,
+/**
  * The checksum of its mesh, which is a message of its own.
  */
 mesh?: string, };
@@ -212,6 +216,39 @@ export type Stream = { name: string, unit: string, color: [number, number, numbe
  * Samples that are not finite are null.
  */
 times: Array<number | null>, values: Array<number | null>, };
+
+/**
+ * The image on a part, and how it is projected.
+ */
+export type Texture = {
+/**
+ * The hash of the image, which is a message of its own.
+ */
+image: string,
+/**
+ * plane, cylinder, sphere or box.
+ */
+mapping: string,
+/**
+ * Width and height of the image on the surface, m.
+ */
+size: [number, number],
+/**
+ * Pose of the projection in the frame of the part.
+ */
+pose: [number, number, number, number, number, number, number],
+/**
+ * Whether it repeats to the right, and up.
+ */
+repeat: [boolean, boolean],
+/**
+ * Whether colors between pixels are interpolated.
+ */
+smooth: boolean,
+/**
+ * modulate, decal or add.
+ */
+blend: string, };
 
 /**
  * A message to the page.

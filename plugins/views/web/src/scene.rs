@@ -12,11 +12,13 @@ use tatu_services_common::outbox::Message;
 
 use crate::{
     plugin::Props,
-    protocol::{Joint, Object, Part, Schema, Script, ToPage, Volume},
+    protocol::{Joint, Object, Part, Schema, Script, Texture, ToPage, Volume},
 };
 
 /// First byte of a mesh message.
 const MESH: u8 = 2;
+/// First byte of a message with an image on surfaces.
+const TEXTURE: u8 = 4;
 /// The messages for a new client.
 #[derive(Default)]
 pub struct Whole {
@@ -172,13 +174,14 @@ pub fn version(text: &[u8]) -> u32 {
     Sha256::digest(text).iter().take(4).fold(0, |n, b| n << 8 | u32::from(*b))
 }
 
-/// Returns the appearance of a shape; its meshes are added to `meshes` by their hash.
+/// Returns the appearance of a shape; its meshes and images are added to `meshes` by their hash.
 fn parts(turn: &Turn<'_>, id: tatu_object, meshes: &mut Meshes) -> Result<Vec<Part>> {
     let mut out = Vec::new();
     while let Some(part) = turn.part(id, out.len() as u32)? {
         let numbers = |key: &str| part.get(key).and_then(|v| v.numbers()).unwrap_or_default();
         let form = part.get("form").map(text).unwrap_or_default();
-        let mut o = Part { pose: numbers("pose"), color: numbers("color"), size: None, mesh: None, form };
+        let texture = part.get("texture").map(texture);
+        let mut o = Part { pose: numbers("pose"), color: numbers("color"), size: None, texture, mesh: None, form };
         if o.form == "mesh" {
             let (sum, message) = mesh(&numbers("points"), &numbers("triangles"));
             meshes.entry(sum.clone()).or_insert(message);
@@ -186,9 +189,42 @@ fn parts(turn: &Turn<'_>, id: tatu_object, meshes: &mut Meshes) -> Result<Vec<Pa
         } else {
             o.size = Some(numbers("size"));
         }
+        if let Some(texture) = &o.texture
+            && !meshes.contains_key(&texture.image)
+            && let Some(found) = turn.part_image(id, out.len() as u32)?
+        {
+            meshes.insert(texture.image.clone(), image(&texture.image, found));
+        }
         out.push(o);
     }
     Ok(out)
+}
+
+fn texture(map: ValueRef<'_>) -> Texture {
+    let named = |key: &str| map.get(key).map(text).unwrap_or_default();
+    let numbers = |key: &str| map.get(key).and_then(|v| v.numbers()).unwrap_or_default();
+    let repeat = |n: usize| map.get("repeat").and_then(|v| v.list()?.get(n).copied()).is_some_and(|v| v.truthy());
+    Texture {
+        image: named("image"),
+        mapping: named("mapping"),
+        size: numbers("size"),
+        pose: numbers("pose"),
+        repeat: [repeat(0), repeat(1)],
+        smooth: map.get("smooth").is_some_and(|v| v.truthy()),
+        blend: named("blend"),
+    }
+}
+
+/// Returns the message of an image on surfaces: type, version, two bytes, the hash as 16 characters, columns, rows, then
+/// 4 bytes a pixel, top row first.
+fn image(hash: &str, map: ValueRef<'_>) -> Message {
+    let count = |key: &str| map.get(key).and_then(|v| v.as_i64()).unwrap_or(0) as u32;
+    let mut out = vec![TEXTURE, 1, 0, 0];
+    out.extend_from_slice(hash.as_bytes());
+    out.extend_from_slice(&count("columns").to_le_bytes());
+    out.extend_from_slice(&count("rows").to_le_bytes());
+    out.extend_from_slice(map.get("rgba").and_then(|v| v.as_bytes()).unwrap_or_default());
+    Message::Binary(out.into())
 }
 
 /// Returns the hash of a mesh, and its message: type, version, two bytes, the hash as 16 characters, the counts of

@@ -78,7 +78,9 @@ pub fn png(image: &Image) -> Vec<u8> {
     encoder.set_color(if opaque { ColorType::Rgb } else { ColorType::Rgba });
     encoder.set_depth(BitDepth::Eight);
     let written = encoder.write_header().and_then(|mut writer| match opaque {
-        true => writer.write_image_data(&image.rgba().chunks_exact(4).flat_map(|p| [p[0], p[1], p[2]]).collect::<Vec<_>>()),
+        true => {
+            writer.write_image_data(&image.rgba().chunks_exact(4).flat_map(|p| [p[0], p[1], p[2]]).collect::<Vec<_>>())
+        }
         false => writer.write_image_data(image.rgba()),
     });
     // Writing to memory cannot fail, and the size was checked when the image was made.

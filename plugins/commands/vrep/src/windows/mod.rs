@@ -133,9 +133,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         })
         .param(window())
         .returns(Param::int("button").text("-1: none was pressed"))
-        .returns(Param::list("values").text(
-            "of a slider its position; of a button 1 if it is down now; then 0",
-        ))
+        .returns(Param::list("values").text("of a slider its position; of a button 1 if it is down now; then 0"))
         .text("Returns the button that a user operated last, once: whoever reads it first takes it.")
         .notes("Only the last one is kept, of each window."),
     );

@@ -63,15 +63,8 @@ pub struct Property {
 
 /// Reads `Toj`.
 pub fn property(c: &mut Cursor<'_>, unknown: &mut Unknowns) -> Read<Property> {
-    let mut property = Property {
-        texture: -1,
-        mode: 0,
-        scale: [1.0; 2],
-        pose: IDENTITY,
-        smooth: true,
-        repeat: [true; 2],
-        apply: 0,
-    };
+    let mut property =
+        Property { texture: -1, mode: 0, scale: [1.0; 2], pose: IDENTITY, smooth: true, repeat: [true; 2], apply: 0 };
     let tags = tags!(Property {
         "Tob" | "_ob" => |p, c, _| Ok((p.texture, p.mode, p.scale) = (c.i32()?, c.i32()?, c.reals()?)),
         "Trc" | "_rc" => |p, c, _| Ok(p.pose = quaternion_first(c)?),

@@ -36,7 +36,7 @@ function read(view) {
 }
 
 test("kinds of messages", () => {
-  assert.deepEqual([1, 2, 3, 4].map((k) => BINARY[k]), ["frame", "mesh", "image", undefined]);
+  assert.deepEqual([1, 2, 3, 4, 5].map((k) => BINARY[k]), ["frame", "mesh", "image", "texture", undefined]);
 });
 
 test("a frame of the live page: units of 0.1 mm and 1/32767", () => {

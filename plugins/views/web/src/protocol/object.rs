@@ -43,6 +43,28 @@ pub(crate) struct Object {
     pub(crate) scripts: Vec<Script>,
 }
 
+/// The image on a part, and how it is projected.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(test, derive(ts_rs::TS), ts(optional_fields))]
+pub(crate) struct Texture {
+    /// The hash of the image, which is a message of its own.
+    pub(crate) image: String,
+    /// plane, cylinder, sphere or box.
+    pub(crate) mapping: String,
+    /// Width and height of the image on the surface, m.
+    #[cfg_attr(test, ts(as = "[f64; 2]"))]
+    pub(crate) size: Vec<f64>,
+    /// Pose of the projection in the frame of the part.
+    #[cfg_attr(test, ts(as = "[f64; 7]"))]
+    pub(crate) pose: Vec<f64>,
+    /// Whether it repeats to the right, and up.
+    pub(crate) repeat: [bool; 2],
+    /// Whether colors between pixels are interpolated.
+    pub(crate) smooth: bool,
+    /// modulate, decal or add.
+    pub(crate) blend: String,
+}
+
 /// A visible part of a shape.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[cfg_attr(test, derive(ts_rs::TS), ts(optional_fields))]
@@ -58,6 +80,9 @@ pub(crate) struct Part {
     /// Its size along its axes, m.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(crate) size: Option<Vec<f64>>,
+    /// The image on it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) texture: Option<Texture>,
     /// The checksum of its mesh, which is a message of its own.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(crate) mesh: Option<String>,

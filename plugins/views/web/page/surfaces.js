@@ -1,0 +1,113 @@
+// @ts-check
+// Images on surfaces: each is projected onto a form as the simulation does it, by a place in the image for each corner.
+
+import * as THREE from "three";
+import { on } from "tatu/net";
+import { texture as readTexture } from "tatu/parse";
+
+/** @import { Texture } from "tatu/protocol" */
+
+/** @type {Map<string, { width: number, height: number, pixels: Uint8Array<ArrayBuffer> }>} */
+const images = new Map();
+/** @type {Map<string, THREE.MeshLambertMaterial>} */
+const materials = new Map();
+
+on("texture", (view) => {
+  const { hash, ...image } = readTexture(view);
+  images.set(hash, image);
+});
+
+/**
+ * The image as it is drawn: where it does not simply multiply the color of the surface, both are mixed once and for all.
+ * @param {Texture} texture
+ * @param {[number, number, number]} color
+ */
+function material(texture, color) {
+  const { image, blend, repeat, smooth } = texture;
+  const key = [image, blend, repeat.join(), smooth, color.map((x) => x.toFixed(3)).join()].join(" ");
+  const known = materials.get(key);
+  const found = images.get(image);
+  if (known || !found) return known;
+  const { width, height, pixels } = found;
+  let mixed = pixels;
+  if (blend !== "modulate") {
+    mixed = new Uint8Array(pixels.length);
+    for (let i = 0; i < pixels.length; i++) {
+      const [base, own] = [255 * (color[i % 4] ?? 1), pixels[i] ?? 0];
+      const opacity = (pixels[i - (i % 4) + 3] ?? 255) / 255;
+      mixed[i] = i % 4 === 3 ? 255 : blend === "add" ? Math.min(255, base + own) : base + (own - base) * opacity;
+    }
+  }
+  const map = new THREE.DataTexture(mixed, width, height);
+  map.colorSpace = THREE.SRGBColorSpace;
+  const wrap = (/** @type {boolean} */ repeats) => repeats ? THREE.RepeatWrapping : THREE.ClampToEdgeWrapping;
+  map.wrapS = wrap(repeat[0]);
+  map.wrapT = wrap(repeat[1]);
+  map.magFilter = smooth ? THREE.LinearFilter : THREE.NearestFilter;
+  map.minFilter = smooth ? THREE.LinearMipmapLinearFilter : THREE.NearestMipmapLinearFilter;
+  map.generateMipmaps = true;
+  map.anisotropy = 4;
+  map.needsUpdate = true;
+  const base = new THREE.Color(1, 1, 1);
+  if (blend === "modulate") base.setRGB(...color, THREE.SRGBColorSpace);
+  const made = new THREE.MeshLambertMaterial({ color: base, map, side: THREE.DoubleSide });
+  materials.set(key, made);
+  return made;
+}
+
+/**
+ * The place of a point in the image: 0 to 1 to the right and up.
+ * @param {Texture} texture
+ * @param {THREE.Vector3} p in the frame of the projection
+ * @param {THREE.Vector3} n the normal there
+ * @returns {[number, number]}
+ */
+export function placeOf({ mapping, size }, p, n) {
+  const turn = 2 * Math.PI;
+  let [right, up] = [p.x, p.y];
+  if (mapping === "cylinder") [right, up] = [Math.atan2(p.y, p.x) / turn, p.z];
+  else if (mapping === "sphere") [right, up] = [Math.atan2(p.y, p.x) / turn, Math.atan2(p.z, Math.hypot(p.x, p.y)) / Math.PI];
+  else if (mapping === "box") {
+    const [x, y, z] = [Math.abs(n.x), Math.abs(n.y), Math.abs(n.z)];
+    if (z >= x && z >= y) [right, up] = [p.x, p.y];
+    else [right, up] = y >= x ? [p.x, p.z] : [p.y, p.z];
+  }
+  return [right / size[0] + 0.5, up / size[1] + 0.5];
+}
+
+/**
+ * A form with an image on it, or null as long as that is not there.
+ * @param {Texture} texture
+ * @param {[number, number, number]} color
+ * @param {THREE.BufferGeometry} form
+ * @param {THREE.Vector3} scale by which the form is drawn
+ */
+export function clad(texture, color, form, scale) {
+  const drawn = material(texture, color);
+  if (!drawn) return null;
+  const geometry = form.index ? form.toNonIndexed() : form.clone();
+  const [points, normals] = [geometry.getAttribute("position"), geometry.getAttribute("normal")];
+  const { size, pose } = texture;
+  const back = new THREE.Quaternion().fromArray(pose, 3).invert();
+  const origin = new THREE.Vector3().fromArray(pose);
+  const [a, b, c] = [new THREE.Vector3(), new THREE.Vector3(), new THREE.Vector3()];
+  const n = new THREE.Vector3();
+  const places = new Float32Array(2 * points.count);
+  for (let i = 0; i < points.count; i += 3) {
+    [a, b, c].forEach((p, k) => p.fromBufferAttribute(points, i + k).multiply(scale).sub(origin).applyQuaternion(back));
+    // One side of the box for a whole triangle.
+    n.copy(b).sub(a).cross(c.clone().sub(a));
+    if (n.lengthSq() === 0) n.fromBufferAttribute(normals, i).applyQuaternion(back);
+    const three = [a, b, c].map((p) => placeOf(texture, p, n));
+    const [first = 0] = three[0] ?? [];
+    three.forEach(([right, up], k) => {
+      // Where it closes around the axis, the corners of a triangle are on one side.
+      const whole = texture.mapping === "cylinder" || texture.mapping === "sphere" ? 1 / size[0] : 0;
+      const closed = whole ? right - whole * Math.round((right - first) / whole) : right;
+      // Rows of the image are stored from above.
+      places.set([closed, 1 - up], 2 * (i + k));
+    });
+  }
+  geometry.setAttribute("uv", new THREE.BufferAttribute(places, 2));
+  return { geometry, material: drawn };
+}

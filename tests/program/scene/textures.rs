@@ -1,0 +1,118 @@
+//! Tests of images on surfaces: what a vision sensor sees of them, pictures, scene files, and what is refused.
+
+use crate::kit::*;
+
+/// Returns an image of 2 x 2 pixels: red and green above, blue and white below.
+fn squares() -> Vec<u8> {
+    let mut out = Vec::new();
+    let mut encoder = png::Encoder::new(&mut out, 2, 2);
+    encoder.set_color(png::ColorType::Rgb);
+    let pixels = [[255, 0, 0], [0, 255, 0], [0, 0, 255], [255; 3]].concat();
+    encoder.write_header().unwrap().write_image_data(&pixels).unwrap();
+    out
+}
+
+/// Returns a floor of 6 m whose image repeats each 2 m, with more keys for its texture.
+fn floor(more: &str) -> String {
+    format!(
+        "[[object]]\nkind = \"shape\"\nalias = \"floor\"\nsize_m = [6, 6, 0.2]\nposition_m = [0, 0, -0.1]\n\
+         color = [1, 1, 1]\ntexture = {{ image = \"squares.png\", size_m = [2, 2], smooth = false{more} }}\n"
+    )
+}
+
+/// A camera 2 m above the floor, which sees 4 m of it in 32 x 32 pixels. Left is +x, and down is +y.
+const EYE: &str = r#"
+[[object]]
+kind = "sensor"
+alias = "eye"
+sensor = "depth_camera"
+columns = 32
+rows = 32
+perspective_angle_deg = 90
+near_m = 0.1
+far_m = 5
+position_m = [0, 0, 2]
+orientation_deg = [180, 0, 0]
+script = { text = '''
+function sysCall_init() eye = sim.getObject('/eye') end
+function sysCall_sensing()
+    local image = sim.getVisionSensorImg(eye)
+    for row = 0, 31 do
+        for column = 0, 31 do
+            -- In squares of 1 m, from the middle of an image that has its lowest row below.
+            local x, y = 2 - (column + 0.5) / 8, 2 - (row + 0.5) / 8
+            local right, up = math.floor(x + 1) % 2, math.floor(y + 1) % 2
+            local at = 3 * (32 * row + column)
+            local seen = {}
+            for i = 1, 3 do seen[i] = image:byte(at + i) > 60 and 1 or 0 end
+            local names = {['00'] = '001', ['01'] = '100', ['10'] = '111', ['11'] = '010'}
+            local wanted = names[right .. up]
+            if table.concat(seen) ~= wanted then
+                error(string.format('%g %g: %s, not %s', x, y, table.concat(seen), wanted))
+            end
+        end
+    end
+    print('all squares')
+end
+''' }
+"#;
+
+fn place(scene: &str) -> Place {
+    let place = Place::scene(scene);
+    std::fs::write(place.path().join("squares.png"), squares()).unwrap();
+    place
+}
+
+#[test]
+fn a_vision_sensor_sees_the_squares_where_they_are() {
+    let place = place(&format!("{}{EYE}", floor("")));
+    let done = place.tatu(&["run", "scene.toml", "--steps", "2"]).good();
+    assert!(done.out.contains("all squares") || done.err.contains("all squares"), "{}", done.err);
+    // A converted scene is the same, with the same bits.
+    place.tatu(&["convert", "scene.toml", "again.toml"]).good();
+    let again = place.tatu(&["run", "again.toml", "--steps", "2"]).good();
+    let hash = |done: &Done| done.err.split("hash ").nth(1).map(|t| t[..16].to_owned());
+    assert_eq!(hash(&again), hash(&done));
+    assert!(hash(&done).is_some());
+}
+
+#[test]
+fn a_turned_projection_turns_the_image() {
+    // Turned by half a turn, red is where white was.
+    let place = place(&format!("{}{EYE}", floor(", orientation_deg = [0, 0, 180]")));
+    let done = place.tatu(&["run", "scene.toml", "--steps", "2"]);
+    assert!(done.err.contains("not 0"), "{}", done.err);
+}
+
+#[test]
+fn a_snapshot_keeps_images() {
+    let place = place(&format!("{}{EYE}", floor("")));
+    place.run(&["--steps", "2", "--snapshot-at", "0.05", "half.snap"]).good();
+    let done = place.tatu(&["run", "scene.toml", "--from", "half.snap", "--steps", "2"]).good();
+    assert!(done.out.contains("all squares") || done.err.contains("all squares"), "{}", done.err);
+}
+
+#[test]
+fn what_is_wrong_with_a_texture_is_told() {
+    let refused = |texture: &str| {
+        let scene = format!("[[object]]\nkind = \"shape\"\nalias = \"a\"\ntexture = {texture}\n");
+        let place = place(&scene);
+        std::fs::write(place.path().join("bad.png"), "no image").unwrap();
+        let done = place.tatu(&["run", "scene.toml", "--steps", "1"]);
+        assert_eq!(done.code, 2, "{texture}");
+        done.err
+    };
+    for (texture, told) in [
+        ("{ image = \"nothing.png\" }", "cannot read the image `nothing.png`"),
+        ("{ image = \"bad.png\" }", "cannot be read as an image"),
+        ("{ image = \"../elsewhere.png\" }", "elsewhere.png"),
+        ("{ mapping = \"box\" }", "`image` must be"),
+        ("{ image = \"squares.png\", mapping = \"cube\" }", "one of plane, cylinder, sphere, box"),
+        ("{ image = \"squares.png\", size_m = [0, 1] }", "`size` must be"),
+        ("{ image = \"squares.png\", sise_m = [1, 1] }", "size_m"),
+        ("{ image = 7 }", "image 7, but the last image is 0"),
+    ] {
+        let err = refused(texture);
+        assert!(err.contains(told) && err.contains("scene.toml:"), "{texture}: {err}");
+    }
+}
