@@ -100,7 +100,7 @@ pub(crate) fn read(c: &Ctx<'_>) -> Result<(Registered, Vec<FromFile>)> {
         }
     }
     let Text { collections, collisions, distances, ik_groups, windows } = text;
-    let windows = windows.into_iter().map(Window::from_file).collect();
+    let windows = windows.into_iter().map(Window::of_file).collect();
     let registered = Registered { collisions, distances, ik_groups, windows, objects, found: BTreeMap::new() };
     let part = |item: &Item| {
         let (what, exclude) = match item.kind {

@@ -86,7 +86,7 @@ impl Button {
 
 impl Window {
     /// Converts what a file holds: its sliders go from -1 to 1.
-    pub(crate) fn from_file(mut self) -> Self {
+    pub(crate) fn of_file(mut self) -> Self {
         for button in &mut self.buttons {
             button.slider = ((button.slider.clamp(-1.0, 1.0) + 1.0) * SLIDER_END / 2.0).round();
         }
