@@ -65,3 +65,8 @@ mv "$graphs/Drive.png" $images/drive.png
 
 # page.png and window.png: the page as a browser shows it; needs Chromium, and npm at the build.
 cargo test --test program -- --ignored page::pictures
+
+# V-REP scenes, which are not part of the repository: VREP_SCENES names their folder.
+if [ -n "${VREP_SCENES:-}" ]; then
+    python3 bench/vrep/textures.py "$VREP_SCENES" --program "${TATU:-target/release/tatu}" --out $images/vrep_textures.png
+fi

@@ -2,7 +2,7 @@
 
 use std::{
     collections::BTreeMap,
-    fs::{self, File, OpenOptions},
+    fs::{self, File, OpenOptions, TryLockError},
     io::{BufWriter, Write},
     path::Path,
     process::ExitCode,
@@ -125,10 +125,26 @@ impl Output {
             let error = Error::new("E105", format!("cannot write {}: {e}", path.display()));
             error.help("does the folder exist, and is it writable?")
         };
-        let text = match path.exists() {
-            true => read_plain_text(path, u64::MAX).map_err(fail)?,
-            false => String::new(),
-        };
+        if path.extension().is_some_and(|e| e.eq_ignore_ascii_case("parquet")) {
+            return Err(Error::new(
+                "E105",
+                format!("{}: rows are written as JSON lines, not as Parquet", path.display()),
+            )
+            .expected("another name, such as rows.jsonl")
+            .help("the Python package writes Parquet: tatu_sim.sweep(..., output=\"rows.parquet\")"));
+        }
+        // Opening a pipe would wait for its reader.
+        if path.exists() && !path.is_file() {
+            read_plain_text(path, u64::MAX).map_err(fail)?;
+        }
+        // The rows that are there are read and those that follow are written by one sweep.
+        let file = OpenOptions::new().create(true).append(true).open(path).map_err(fail)?;
+        if let Err(TryLockError::WouldBlock) = file.try_lock() {
+            return Err(Error::new("E105", format!("{}: another sweep is writing this file", path.display()))
+                .expected("a file for each sweep that runs at the same time")
+                .help("with `--shard`, give each its own `--output`"));
+        }
+        let text = read_plain_text(path, u64::MAX).map_err(fail)?;
         // A run that was ended may have written part of its last line.
         let whole = text.rfind('\n').map_or(0, |end| end + 1);
         let mut done = std::collections::BTreeSet::new();
@@ -147,7 +163,6 @@ impl Output {
         if whole < text.len() {
             fs::OpenOptions::new().write(true).open(path).and_then(|f| f.set_len(whole as u64)).map_err(fail)?;
         }
-        let file = OpenOptions::new().create(true).append(true).open(path).map_err(fail)?;
         Ok(Output { file: Some((BufWriter::new(file), path.to_owned())), done })
     }
 

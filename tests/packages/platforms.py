@@ -157,10 +157,12 @@ def hash_of(command, environment, scene, steps):
     call = [part for word in command for part in (folder if word == FOLDER else [word])]
     call += ["run", str(scene), "--steps", str(steps), "--json", "--no-addons"]
     try:
-        told = subprocess.run(call, capture_output=True, text=True, timeout=TIMEOUT_S, cwd="/", check=False,
+        # The working folder, in which scripts open files, is that of the scene: emulators treat the root folder apart.
+        told = subprocess.run(call, cwd=scene.parent, capture_output=True, text=True, timeout=TIMEOUT_S, check=False,
                               # Programs in folders of their own do not find the models by themselves.
                               env={**os.environ, "TATU_MODEL_PATH": str(ROOT / "models"), **environment})
-        return json.loads(told.stdout)["hash"]
+        summary = json.loads(told.stdout)
+        return summary["hash"] + (f" with {len(summary['errors'])} errors" if summary["errors"] else "")
     except subprocess.TimeoutExpired:
         return f"none in {TIMEOUT_S} s"
     except (ValueError, KeyError, TypeError):

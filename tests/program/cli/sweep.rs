@@ -55,6 +55,15 @@ fn a_file_of_rows_is_continued_and_any_other_is_left_alone() {
         assert!(refused.code == 2 && refused.err.contains("no row of a sweep"), "{}", refused.err);
         assert_eq!(fs::read_to_string(place.path().join("thesis.txt")).unwrap(), other);
     }
+    let parquet = to("rows.parquet");
+    assert!(parquet.code == 2 && parquet.err.contains("Python package"), "{}", parquet.err);
+    assert!(!place.path().join("rows.parquet").exists());
+    let held = fs::OpenOptions::new().append(true).open(&file).unwrap();
+    held.lock().unwrap();
+    let second = to("rows.jsonl");
+    assert!(second.code == 2 && second.err.contains("another sweep is writing"), "{}", second.err);
+    drop(held);
+    assert_eq!(to("rows.jsonl").code, 0);
     assert_eq!(to("sweep.toml").code, 2);
     assert_eq!(fs::read_to_string(place.path().join("sweep.toml")).unwrap(), SWEEP);
 }

@@ -126,7 +126,7 @@ mirror! {
     tatu_host_stage { size, reserved, run }
     tatu_host_log { size, reserved, write, last_error }
     tatu_host_files { size, reserved, resolve, open }
-    tatu_host_figures { size, reserved, add, change, put, record, list, get, part }
+    tatu_host_figures { size, reserved, add, change, put, record, list, get, part, image }
     tatu_host_edits { size, reserved, begin, end, step_back, state, save, copy, open, add, kind }
     tatu_test_setup { size, reserved, scene, folder, plugins }
     tatu_test_host {

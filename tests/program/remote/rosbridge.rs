@@ -176,6 +176,13 @@ assert abs(x - (column - K[2]) * z / K[0]) < 1e-5 and abs(y - (row - K[5]) * z /
 assert last['/fix']['status']['status'] == 0 and abs(last['/fix']['latitude']) < 1e-3
 assert last['/Pioneer_p3dx/Pioneer_p3dx_ultrasonicSensor4/range']['radiation_type'] == 0
 frames = {f['child_frame_id']: f for f in last['/tf']['transforms']}
+listen('/tf_static', 'tf2_msgs/TFMessage')
+until('frames that do not move are told', lambda: '/tf_static' in last)
+still = {f['child_frame_id']: f for f in last['/tf_static']['transforms']}
+assert still[scan['header']['frame_id']]['header']['frame_id'] == 'base_link', still
+# The world and the start of the odometry are on the floor.
+start = frames['odom']['transform']
+assert start['translation']['z'] == 0 and start['rotation']['x'] == 0 and start['rotation']['y'] == 0, start
 assert frames['odom']['header']['frame_id'] == 'map' and frames['base_link']['header']['frame_id'] == 'odom'
 laser = frames[scan['header']['frame_id']]
 assert laser['header']['frame_id'] == 'base_link'
@@ -228,6 +235,7 @@ except roslibpy.core.ServiceException as e:
     assert 'there is no service /nowhere' in str(e), e
 assert call('/rosapi/set_param', name='gain', value='3') == {}
 assert ros.get_param('gain') == 3
+assert ros.get_param('/use_sim_time') is True and ros.get_param('use_sim_time') is True
 details = call('/rosapi/message_details', type='geometry_msgs/Twist')['typedefs']
 assert details[0]['fieldnames'] == ['linear', 'angular'] and len(details) == 2, details
 # Whoever serves dies: the one who waits is told.

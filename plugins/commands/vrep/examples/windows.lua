@@ -85,3 +85,8 @@ local w = sim.createUI('place', 0, {4, 2}, {16, 16}, {})
 sim.setUIPosition(w, {10, 20})
 assert(sim.getUIPosition(w)[2] == 20)
 sim.removeUI(w)
+--- sim.setUIButtonColor
+local w = sim.createUI('colors', 0, {4, 2}, {16, 16}, {})
+local b = sim.createUIButton(w, {0, 0}, {2, 1}, sim.buttonproperty_button)
+sim.setUIButtonColor(w, b, {1, 0, 0}, nil, {1, 1, 1})
+sim.removeUI(w)

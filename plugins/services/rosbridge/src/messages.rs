@@ -7,7 +7,7 @@ use tatu_plugin_api::{
 
 use crate::{
     Props,
-    poses::{AHEAD, HERE, OPTICAL, Pose, pose, seen_from, then, transform, vector},
+    poses::{AHEAD, HERE, OPTICAL, Pose, flat, pose, seen_from, then, transform, vector},
     robots::{Axes, Robot, Scene, Sensor},
     topics::What,
 };
@@ -55,6 +55,8 @@ impl Source<'_> {
             What::Image(i) => of(i, p.rgb),
             What::Depth(i) | What::Optics(i) => of(i, p.depth),
             What::Felt(i, felt) => of(i, felt.field(p)),
+            // Who subscribes later hears of them within a second.
+            What::StaticFrames => Some(self.time as u64 + 1),
             What::Points(i) => of(i, p.depth).filter(|n| *n > 0).or_else(|| of(i, p.scan_distance)),
             _ => None,
         }
@@ -65,6 +67,7 @@ impl Source<'_> {
         Ok(match what {
             What::Clock => Some(keys([("clock", Value::Float(self.time))])),
             What::Frames => Some(keys([("transforms", Value::List(self.frames()?))])),
+            What::StaticFrames => Some(keys([("transforms", Value::List(self.static_frames()?))])),
             What::Odometry(i) => self.robot(i, |r| self.odometry(r))?,
             What::Pose(i) => self.robot(i, |r| self.pose(r))?,
             What::Joints(i) => self.robot(i, |r| self.joints(r))?,
@@ -92,9 +95,14 @@ impl Source<'_> {
         self.turn.f64(id, self.turn.host().prop(key)).ok()
     }
 
-    /// Returns the pose of a robot's base in its odometry frame.
+    /// Returns the pose of a robot's `base_link` in its odometry frame, on the floor, as its wheels tell.
     fn driven(&self, robot: &Robot) -> Option<Pose> {
-        robot.train.as_ref().map(|t| robot.odometry.base(t.axle))
+        robot.train.as_ref().map(|_| robot.odometry.pose())
+    }
+
+    /// Returns the true pose of a robot's `base_link`.
+    fn real(&self, robot: &Robot) -> Result<Pose> {
+        Ok(then(&self.turn.pose(robot.base, 0)?, &robot.link()))
     }
 
     fn frame(&self, parent: &str, child: &str, at: &Pose) -> Value {
@@ -106,40 +114,53 @@ impl Source<'_> {
     }
 
     /// Returns the frames map > odom > base_link > sensors. The odometry error is between map and odom, as with a
-    /// localization node.
+    /// localization node; both are on the floor. Height and tilt of the robot are between odom and base_link.
     fn frames(&self) -> Result<Vec<Value>> {
         let mut out = Vec::new();
         for robot in &self.scene.robots {
             let (base, odom) = (format!("{}base_link", robot.prefix), format!("{}odom", robot.prefix));
-            let real = self.turn.pose(robot.base, 0)?;
+            let real = self.real(robot)?;
             match self.driven(robot) {
                 Some(driven) => {
-                    out.push(self.frame("map", &odom, &then(&real, &seen_from(&driven, &HERE))));
-                    out.push(self.frame(&odom, &base, &driven));
+                    let start = then(&flat(&real), &seen_from(&driven, &HERE));
+                    out.push(self.frame("map", &odom, &start));
+                    out.push(self.frame(&odom, &base, &seen_from(&start, &real)));
                 }
                 None => out.push(self.frame("map", &base, &real)),
             }
         }
         for sensor in &self.scene.sensors {
-            let turn = match sensor.axes {
-                Axes::Optical => &OPTICAL,
-                Axes::Ahead => &AHEAD,
-                Axes::Own => &HERE,
-            };
-            let (parent, above) = match sensor.robot.and_then(|r| self.scene.robots.get(r)) {
-                Some(robot) => (format!("{}base_link", robot.prefix), robot.base),
-                None => ("map".to_owned(), 0),
-            };
-            out.push(self.frame(&parent, &sensor.frame, &then(&self.turn.pose(sensor.id, above)?, turn)));
+            out.push(self.sensor_frame(sensor)?);
         }
         Ok(out)
+    }
+
+    /// Returns the frames of sensors that are fixed to their robot: no joint and no other body is between them. They are
+    /// in `/tf` as well, since many clients of rosbridge read that alone.
+    fn static_frames(&self) -> Result<Vec<Value>> {
+        let fixed = |s: &&Sensor| s.fixed;
+        self.scene.sensors.iter().filter(fixed).map(|s| self.sensor_frame(s)).collect()
+    }
+
+    fn sensor_frame(&self, sensor: &Sensor) -> Result<Value> {
+        let turn = match sensor.axes {
+            Axes::Optical => &OPTICAL,
+            Axes::Ahead => &AHEAD,
+            Axes::Own => &HERE,
+        };
+        let (parent, at) = match sensor.robot.and_then(|r| self.scene.robots.get(r)) {
+            Some(robot) => {
+                let in_base = self.turn.pose(sensor.id, robot.base)?;
+                (format!("{}base_link", robot.prefix), seen_from(&robot.link(), &in_base))
+            }
+            None => ("map".to_owned(), self.turn.pose(sensor.id, 0)?),
+        };
+        Ok(self.frame(&parent, &sensor.frame, &then(&at, turn)))
     }
 
     fn odometry(&self, robot: &Robot) -> Result<Value> {
         let at = self.driven(robot).unwrap_or(HERE);
         let [vx, vy, wz] = robot.odometry.velocity;
-        // The twist refers to the base's origin, which moves sideways when the robot turns about its axle.
-        let vy = vy - wz * robot.train.as_ref().map_or(0.0, |t| t.axle);
         let twist = keys([("linear", vector([vx, vy, 0.0])), ("angular", vector([0.0, 0.0, wz]))]);
         Ok(keys([
             ("header", self.header(&format!("{}odom", robot.prefix), self.time)),
@@ -150,8 +171,7 @@ impl Source<'_> {
     }
 
     fn pose(&self, robot: &Robot) -> Result<Value> {
-        let at = self.turn.pose(robot.base, 0)?;
-        Ok(keys([("header", self.header("map", self.time)), ("pose", pose(&at))]))
+        Ok(keys([("header", self.header("map", self.time)), ("pose", pose(&self.real(robot)?))]))
     }
 
     fn joints(&self, robot: &Robot) -> Result<Value> {

@@ -19,6 +19,7 @@ props! {
     name: "object.name",
     parent: "object.parent",
     model_base: "object.model_base",
+    dynamic: "shape.dynamic",
     joint_type: "joint.type",
     effort: "joint.effort",
     sensor_kind: "sensor.kind",

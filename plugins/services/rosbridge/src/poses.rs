@@ -19,6 +19,12 @@ pub fn planar(x: f64, y: f64, heading: f64) -> Pose {
     [x, y, 0.0, 0.0, 0.0, s, c]
 }
 
+/// Returns the part of a pose that is on the floor: its place, and the heading of its x axis.
+pub fn flat(at: &Pose) -> Pose {
+    let ahead = isometry(*at).rotation * nalgebra::Vector3::x();
+    planar(at[0], at[1], libm::atan2(ahead.y, ahead.x))
+}
+
 /// Converts a pose to an isometry.
 fn isometry([x, y, z, a, b, c, w]: Pose) -> Isometry3<f64> {
     Isometry3::from_parts(Translation3::new(x, y, z), UnitQuaternion::from_quaternion(Quaternion::new(w, a, b, c)))
@@ -84,5 +90,13 @@ mod tests {
         let (a, b) = (planar(1.0, 2.0, 0.7), planar(-3.0, 0.5, 2.0));
         near(&then(&a, &seen_from(&a, &b)), &b);
         near(&then(&planar(1.0, 0.0, std::f64::consts::FRAC_PI_2), &planar(1.0, 0.0, 0.0))[..2], &[1.0, 1.0]);
+    }
+
+    #[test]
+    fn what_is_flat_has_no_height_and_no_tilt() {
+        let heading = planar(3.0, 4.0, 0.5);
+        let tilted =
+            then(&then(&heading, &[0.0, 0.0, 2.0, 0.0, 0.0, 0.0, 1.0]), &[0.0, 0.0, 0.0, 0.2, 0.0, 0.0, 0.9798]);
+        near(&flat(&tilted), &heading);
     }
 }

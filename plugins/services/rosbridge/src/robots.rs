@@ -61,11 +61,10 @@ impl Odometry {
         self.before = Some((time, now));
     }
 
-    /// Returns the pose of the base relative to its start.
-    pub fn base(&self, axle: f64) -> Pose {
+    /// Returns the pose of the middle of the axle relative to its start.
+    pub fn pose(&self) -> Pose {
         let [x, y, heading] = self.place;
-        let (s, c) = libm::sincos(heading);
-        planar(x + axle - c * axle, y - s * axle, heading)
+        planar(x, y, heading)
     }
 }
 
@@ -79,6 +78,8 @@ pub struct Sensor {
     pub frame: String,
     /// Index of the sensor's robot.
     pub robot: Option<usize>,
+    /// Whether it is fixed to its robot's base, or to the world: nothing between them moves.
+    pub fixed: bool,
     /// The axes of the sensor's frame.
     pub axes: Axes,
 }
@@ -112,6 +113,15 @@ pub fn ros_name(name: &str) -> String {
         out.insert(0, 'o');
     }
     out
+}
+
+impl Robot {
+    /// Returns the frame `base_link` in that of the base object: on the middle of the driven axle, if there is one, about
+    /// which the robot turns.
+    pub fn link(&self) -> Pose {
+        let ahead = self.train.as_ref().map_or(0.0, |train| train.axle);
+        [ahead, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0]
+    }
 }
 
 impl Scene {
@@ -161,7 +171,8 @@ impl Scene {
                 };
                 let name = of(id, p.alias)?;
                 *named.entry((robot, name.clone())).or_default() += 1;
-                scene.sensors.push(Sensor { id, name, frame: String::new(), robot, axes });
+                let fixed = is_fixed(turn, p, &scene.robots, id)?;
+                scene.sensors.push(Sensor { id, name, frame: String::new(), robot, fixed, axes });
             } else if let Some(r) = robot
                 && turn.get(id, p.joint_type)?.as_str().as_deref() != Some("spherical")
             {
@@ -211,6 +222,24 @@ impl Scene {
         }
         Ok(scene)
     }
+}
+
+/// Returns whether an object is fixed to the robot that it belongs to, or to the world: there is no joint between them,
+/// and no other body that forces move.
+fn is_fixed(turn: &Turn<'_>, p: &Props, robots: &[Robot], of: tatu_object) -> Result<bool> {
+    let mut id = turn.get(of, p.parent)?.as_object().unwrap_or(0);
+    while id != 0 && !robots.iter().any(|r| r.base == id) {
+        let moves = match turn.look(id)?.kind {
+            TATU_KIND_JOINT => true,
+            TATU_KIND_SHAPE => turn.get(id, p.dynamic)?.truthy(),
+            _ => false,
+        };
+        if moves {
+            return Ok(false);
+        }
+        id = turn.get(id, p.parent)?.as_object().unwrap_or(0);
+    }
+    Ok(true)
 }
 
 /// Returns the robot that an object is, or belongs to.

@@ -94,20 +94,29 @@ pub fn call(g: &Graph<'_>, params: &mut BTreeMap<String, String>, service: &str,
         // As clients send them, values are strings that contain JSON.
         "get_param" => {
             let fallback = arg("default", 1);
-            json!({ "value": params.get(&arg("name", 0)).cloned().unwrap_or(fallback) })
+            json!({ "value": params.get(&param(params, arg("name", 0))).cloned().unwrap_or(fallback) })
         }
         "set_param" => {
-            params.insert(arg("name", 0), arg("value", 1));
+            params.insert(param(params, arg("name", 0)), arg("value", 1));
             json!({})
         }
-        "has_param" => json!({ "exists": params.contains_key(&arg("name", 0)) }),
+        "has_param" => json!({ "exists": params.contains_key(&param(params, arg("name", 0))) }),
         "delete_param" => {
-            params.remove(&arg("name", 0));
+            params.remove(&param(params, arg("name", 0)));
             json!({})
         }
         "get_param_names" => json!({ "names": params.keys().collect::<Vec<_>>() }),
         _ => return None,
     }))
+}
+
+/// Returns the name under which a parameter is stored: `x`, `/x` and, of a node in ROS 2, `/node:x` are the same, if there
+/// is one already.
+fn param(params: &BTreeMap<String, String>, name: String) -> String {
+    let last = name.rsplit([':', '/']).next().unwrap_or("");
+    let known = [name.clone(), last.to_owned(), format!("/{last}")];
+    let whole = !name.trim_start_matches('/').contains('/') || name.contains(':');
+    known.into_iter().find(|n| (whole || *n == name) && params.contains_key(n)).unwrap_or(name)
 }
 
 /// Returns the definition of a type and of the types it contains.

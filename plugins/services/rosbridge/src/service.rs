@@ -28,6 +28,8 @@ use crate::{
 
 /// The default port of rosbridge.
 const PORT: i64 = 9090;
+/// The parameter by which nodes know that they get their time from `/clock`.
+const SIM_TIME: &str = "/use_sim_time";
 /// Most bytes of a message.
 const MOST_MESSAGE: usize = 64 << 20;
 
@@ -119,7 +121,7 @@ impl Service for Rosbridge {
         let state = State {
             peers: Peers::new(),
             relay: Relay::default(),
-            params: BTreeMap::new(),
+            params: BTreeMap::from([(SIM_TIME.to_owned(), "true".to_owned())]),
             scene: Scene::default(),
             topics: BTreeMap::new(),
             told: BTreeMap::new(),

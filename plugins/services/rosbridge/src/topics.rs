@@ -14,6 +14,8 @@ pub enum What {
     Clock,
     /// Coordinate frames.
     Frames,
+    /// Those that do not move in the frame above them.
+    StaticFrames,
     /// The wheel odometry of a robot.
     Odometry(usize),
     /// The true pose of a robot.
@@ -54,6 +56,7 @@ pub fn of(turn: &Turn<'_>, p: &Props, scene: &Scene) -> BTreeMap<String, Topic> 
     let mut out = BTreeMap::new();
     out.insert("/clock".to_owned(), Topic { what: What::Clock, kind: "rosgraph_msgs/Clock" });
     out.insert("/tf".to_owned(), Topic { what: What::Frames, kind: "tf2_msgs/TFMessage" });
+    out.insert("/tf_static".to_owned(), Topic { what: What::StaticFrames, kind: "tf2_msgs/TFMessage" });
     // Robot, name of the sensor, and last part of the name.
     let mut all: Vec<(Option<usize>, String, &str, Topic)> = Vec::new();
     for (i, robot) in scene.robots.iter().enumerate() {

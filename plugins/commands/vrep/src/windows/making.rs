@@ -1,7 +1,16 @@
 //! Making and removing windows of buttons.
 
-use super::*;
-use crate::state::windows::bits;
+use super::{
+    found::{made, of_window},
+    shown,
+};
+use crate::{
+    kit::*,
+    state::{
+        state,
+        windows::{Button, Window, bits},
+    },
+};
 
 /// A window that can be moved.
 const MOVEABLE: i64 = 4;

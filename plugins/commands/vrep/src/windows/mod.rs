@@ -1,5 +1,6 @@
 //! Windows with buttons, sliders and labels in scenes before version 3.3. Views show them and press their buttons.
 
+mod found;
 mod making;
 mod properties;
 mod shown;
@@ -9,55 +10,14 @@ use crate::{
     lookup::registered::by_name,
     state::{
         state,
-        windows::{Button, SLIDER_END, Window},
+        windows::{SLIDER_END, Window},
     },
 };
 
-/// First handle of windows that scripts create, and of stand-ins.
-const FIRST: i64 = 2_069_000;
-
-fn of_window<T>(c: &Ctx<'_>, which: i64, change: impl FnOnce(&mut Window) -> T) -> Result<T> {
-    let mut state = state(c)?;
-    let found = state.registered.windows.iter_mut().find(|w| w.handle == which);
-    found.map(change).ok_or_else(|| Fail::missing(format!("there is no window {which}")))
-}
-
-/// Applies `change` to a button. In a run that creates stand-ins, a window has every button.
-fn of_button<T>(c: &Ctx<'_>, which: i64, button: i64, change: impl FnOnce(&mut Button) -> T) -> Result<T> {
-    let stand_in = c.world().makes_stand_ins();
-    let found = of_window(c, which, |w| {
-        if stand_in && !w.buttons.iter().any(|b| b.handle == button) {
-            w.buttons.push(Button { handle: button, ..Default::default() });
-        }
-        w.buttons.iter_mut().find(|b| b.handle == button).map(change)
-    })?;
-    found.ok_or_else(|| Fail::missing(format!("window {which} has no button {button}")))
-}
-
-/// Applies `change` to the button that the first two arguments name.
-fn given<T>(c: &Ctx<'_>, change: impl FnOnce(&mut Button) -> T) -> Result<T> {
-    of_button(c, c.i64(0)?, c.i64(1)?, change)
-}
-
-/// Changes the button that the first two arguments name, for scripts and for views.
-fn change(c: &mut Ctx<'_>, change: impl FnOnce(&mut Button)) -> Result {
-    given(c, change)?;
-    shown::changed(c, c.i64(0)?, c.i64(1)?)?;
-    done(c)
-}
-
-/// Adds a window without buttons; its handle.
-fn made(c: &Ctx<'_>, window: Window) -> Result<i64> {
-    let mut state = state(c)?;
-    let taken = state.registered.windows.iter().map(|w| w.handle).max().unwrap_or(0);
-    let handle = FIRST.max(taken + 1);
-    state.registered.windows.push(Window { handle, object: -1, ..window });
-    Ok(handle)
-}
-
-fn button(command: Cmd) -> Cmd {
-    command.param(Param::int("window")).param(Param::int("button"))
-}
+use self::{
+    found::{button, given, made, of_window},
+    shown::change,
+};
 
 pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     let window = || Param::int("window");

@@ -1,6 +1,10 @@
 //! Flags, colours and positions of windows of buttons.
 
-use super::*;
+use super::{
+    found::{given, of_window},
+    shown::{self, change},
+};
+use crate::kit::*;
 
 /// Adds commands on flags of windows and buttons, colours and positions.
 pub(super) fn offer(offer: &mut Offer<Vrep>) {

@@ -1,6 +1,6 @@
 //! Publishing changes of windows of buttons to views, and what these report of their users.
 
-use super::{of_button, of_window};
+use super::found::{given, of_button, of_window};
 use crate::{
     kit::*,
     state::{
@@ -30,6 +30,13 @@ pub(super) fn changed(c: &Ctx<'_>, window: i64, button: i64) -> Result {
 /// Publishes that a window is gone.
 pub(super) fn closed(c: &Ctx<'_>, window: i64) -> Result {
     publish(c, window, [("closed", Value::Bool(true))])
+}
+
+/// Changes the button that the first two arguments name, for scripts and for views.
+pub(super) fn change(c: &mut Ctx<'_>, change: impl FnOnce(&mut Button)) -> Result {
+    given(c, change)?;
+    changed(c, c.i64(0)?, c.i64(1)?)?;
+    done(c)
 }
 
 /// Handles what a user did to a button.
