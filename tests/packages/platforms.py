@@ -20,6 +20,7 @@ import shutil
 import subprocess
 import sys
 import tarfile
+import tempfile
 from pathlib import Path
 
 import debian_mirror
@@ -30,8 +31,8 @@ X86 = "x86_64-unknown-linux-gnu"
 TIMEOUT_S = 600
 # Older than the processors that have AVX or fused multiply-add.
 OLD_PROCESSOR = "Westmere"
-# Where a command says which folder the sandbox has: that of the scene, under its own name.
-FOLDER = "--folder-of-the-scene"
+# Where a command says which folders the sandbox has: those of the scene and of the run, under their own names.
+FOLDERS = "--folders-of-the-run"
 
 
 class Lacking(Exception):
@@ -135,7 +136,7 @@ class Platforms:
         binds = [arg for place in ("usr", "lib", "lib64") if (root / place).exists()
                  for arg in ("--ro-bind", str(root / place), f"/{place}")]
         binds += ["--ro-bind", str(home), "/opt/tatu", "--dev", "/dev", "--proc", "/proc", "--unshare-net"]
-        return ["bwrap", *binds, FOLDER, "/opt/tatu/bin/tatu"], {}
+        return ["bwrap", *binds, FOLDERS, "/opt/tatu/bin/tatu"], {}
 
     def debian_rustc(self):
         """Debian's Rust compiler with its standard library for AArch64."""
@@ -152,22 +153,25 @@ class Platforms:
 
 def hash_of(command, environment, scene, steps):
     """The hash of a run, or what went wrong."""
-    shipped = ROOT / "scenes"
-    folder = ["--ro-bind", *[str(shipped if scene.is_relative_to(shipped) else scene.parent)] * 2]
-    call = [part for word in command for part in (folder if word == FOLDER else [word])]
-    call += ["run", str(scene), "--steps", str(steps), "--json", "--no-addons"]
-    try:
-        # The working folder, in which scripts open files, is that of the scene: emulators treat the root folder apart.
-        told = subprocess.run(call, cwd=scene.parent, capture_output=True, text=True, timeout=TIMEOUT_S, check=False,
-                              # Programs in folders of their own do not find the models by themselves.
-                              env={**os.environ, "TATU_MODEL_PATH": str(ROOT / "models"), **environment})
-        summary = json.loads(told.stdout)
-        return summary["hash"] + (f" with {len(summary['errors'])} errors" if summary["errors"] else "")
-    except subprocess.TimeoutExpired:
-        return f"none in {TIMEOUT_S} s"
-    except (ValueError, KeyError, TypeError):
-        lines = (told.stderr or told.stdout).strip().splitlines()
-        return f"none: {lines[0] if lines else f'ended with {told.returncode}'}"
+    with tempfile.TemporaryDirectory() as work:
+        # Scripts open files in the working folder.
+        shipped = ROOT / "scenes"
+        seen = str(shipped if scene.is_relative_to(shipped) else scene.parent)
+        folders = ["--ro-bind", seen, seen, "--bind", work, work, "--chdir", work]
+        call = [part for word in command for part in (folders if word == FOLDERS else [word])]
+        call += ["run", str(scene), "--steps", str(steps), "--json", "--no-addons"]
+        # Programs in folders of their own do not find the models by themselves.
+        environment = {**os.environ, "TATU_MODEL_PATH": str(ROOT / "models"), **environment}
+        try:
+            told = subprocess.run(call, cwd=work, capture_output=True, text=True, timeout=TIMEOUT_S, check=False,
+                                  env=environment)
+            summary = json.loads(told.stdout)
+            return summary["hash"] + (f" with {len(summary['errors'])} errors" if summary["errors"] else "")
+        except subprocess.TimeoutExpired:
+            return f"none in {TIMEOUT_S} s"
+        except (ValueError, KeyError, TypeError):
+            lines = (told.stderr or told.stdout).strip().splitlines()
+            return f"none: {lines[0] if lines else f'ended with {told.returncode}'}"
 
 
 def main():

@@ -188,7 +188,8 @@ laser = frames[scan['header']['frame_id']]
 assert laser['header']['frame_id'] == 'base_link'
 t, q = laser['transform']['translation'], laser['transform']['rotation']
 # The scanner looks ahead: its frame in that of ROS is not turned.
-assert abs(t['x'] - 0.12) < 1e-9 and abs(t['z'] - 0.2) < 1e-9 and abs(abs(q['w']) - 1) < 1e-9, laser
+# Seen from the driven axle, which is 44.5 mm ahead of the robot's origin.
+assert abs(t['x'] - (0.12 - 0.0445)) < 1e-9 and abs(t['z'] - 0.2) < 1e-9 and abs(abs(q['w']) - 1) < 1e-9, laser
 camera = frames[image['header']['frame_id']]['transform']['rotation']
 assert all(abs(abs(camera[k]) - 0.5) < 1e-9 for k in 'xyzw'), camera
 "#,
