@@ -116,3 +116,23 @@ fn what_is_wrong_with_a_texture_is_told() {
         assert!(err.contains(told) && err.contains("scene.toml:"), "{texture}: {err}");
     }
 }
+
+#[test]
+fn scripts_change_a_texture_and_take_it_off() {
+    let script = "script = { text = '''
+function sysCall_init()
+    local floor = sim.getObject('.')
+    local has = tatu.get(floor, 'shape.texture')
+    assert(has.image == 1 and has.smooth == false)
+    assert(not pcall(tatu.set, floor, 'shape.texture', {image = 2}))
+    tatu.set(floor, 'shape.texture', {})
+    assert(next(tatu.get(floor, 'shape.texture')) == nil)
+    tatu.set(floor, 'shape.texture', {image = 1, size = {2, 2}, smooth = false})
+end
+''' }
+";
+    // The image is there again, as the camera sees.
+    let place = place(&format!("{}{script}{EYE}", floor("")));
+    let done = place.tatu(&["run", "scene.toml", "--steps", "2"]).good();
+    assert!(done.out.contains("all squares") || done.err.contains("all squares"), "{}", done.err);
+}

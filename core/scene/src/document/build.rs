@@ -17,7 +17,6 @@ use crate::{
     names::{ALIAS, is_alias},
     noise::NoiseSpec,
     rows::{KINDS, Row, kind_name, rows_of},
-    texture::ShapeTexture,
 };
 
 /// Most bytes of all images of a scene, at 4 bytes a pixel.
@@ -292,15 +291,8 @@ impl<'a> Builder<'a> {
                 return Err(Error::new("E102", format!("a part refers to mesh {n}, but the last mesh is {last}")));
             }
         }
-        let images = match row {
-            Row::Parts => crate::part_images(value),
-            Row::Texture => {
-                ShapeTexture::from_value(value).ok().flatten().map(|t| t.image_number).into_iter().collect()
-            }
-            _ => Vec::new(),
-        };
-        let last = self.document.images.len();
-        if let Some(n) = images.into_iter().find(|n| *n as usize > last) {
+        if let Some(n) = self.document.lost_image(row, value) {
+            let last = self.document.images.len();
             return Err(Error::new("E102", format!("a texture refers to image {n}, but the last image is {last}")));
         }
         let blank = Document {

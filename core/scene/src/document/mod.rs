@@ -48,7 +48,7 @@ pub use settings::{FRICTION_RULES, FrictionPair, LONGEST, Settings};
 pub use sources::Sources;
 pub use toml::{Edited, Options, Patched, Written, folder_beside, load, load_part, patch, plugin_folders, save, write};
 
-use crate::{ActuatorData, Data, Joint, Scene, SensorData, Shape, rows::Row};
+use crate::{ActuatorData, Data, Joint, Scene, SensorData, Shape, rows::Row, texture::ShapeTexture};
 use tatu_errors::{Error, Place, Result};
 use tatu_geometry::{Image, Mesh};
 use tatu_plugins::Declared;
@@ -315,6 +315,26 @@ impl Document {
             }
         }
         slots
+    }
+
+    /// Returns the number of an image that a value of `shape.texture` or `shape.parts` refers to and that does not exist.
+    pub fn lost_image(&self, row: Row, value: &Value) -> Option<u32> {
+        let images = match row {
+            Row::Parts => crate::part_images(value),
+            Row::Texture => {
+                ShapeTexture::from_value(value).ok().flatten().map(|t| t.image_number).into_iter().collect()
+            }
+            _ => Vec::new(),
+        };
+        images.into_iter().find(|n| *n as usize > self.images.len())
+    }
+
+    /// Assigns its image to a shape whose texture was set, by number.
+    pub fn fill_texture(&self, scene: &mut Scene, slot: u32) {
+        let Some(Data::Shape(shape)) = scene.get_mut(slot).map(|o| &mut o.data) else { return };
+        if let Some(texture) = shape.texture.as_mut().filter(|t| t.image.is_none()) {
+            texture.image = self.images.get((texture.image_number as usize).wrapping_sub(1)).cloned();
+        }
     }
 
     /// Assigns meshes and images to a shape and its parts, by number.

@@ -144,8 +144,9 @@ impl World {
             |d: &Described<'_>, n: usize| d.document.objects[n].rows.iter().map(|(r, _)| *r).collect::<Vec<_>>();
         let mut rows = written(is, i);
         rows.extend(written(was, j));
-        // These rows are applied together as `pose`, including where a model was placed; meshes are handled below.
-        let parts = [Row::Position, Row::Quaternion, Row::Orientation, Row::WorldPose, Row::Mesh];
+        // These rows are applied together as `pose`, including where a model was placed; meshes and images are handled
+        // below.
+        let parts = [Row::Position, Row::Quaternion, Row::Orientation, Row::WorldPose, Row::Mesh, Row::Texture];
         rows.retain(|r| !parts.contains(r));
         rows.push(Row::Pose);
         let mut keys: Vec<String> = Vec::new();
@@ -160,6 +161,19 @@ impl World {
                 }
             });
             keys.push(Row::Mesh.info().key.into());
+        }
+        let texture = |d: &Described<'_>, n: usize| {
+            d.scene.get(d.slots[n]).and_then(|o| o.shape()).and_then(|s| s.texture.clone())
+        };
+        let (old_texture, new_texture) = (texture(was, j), texture(is, i));
+        if old_texture != new_texture {
+            self.each_scene(|scene| {
+                if let Some(Data::Shape(s)) = scene.get_mut(slot).map(|o| &mut o.data) {
+                    s.texture.clone_from(&new_texture);
+                    scene.touch(slot);
+                }
+            });
+            keys.push(Row::Texture.info().key.into());
         }
         for row in rows {
             let key = row.info().key;

@@ -155,6 +155,10 @@ pub(super) fn write(world: &WorldCell, object: tatu_object, prop: tatu_prop, val
         Row::Preset | Row::Noise => of_kind(world, object, row, value)?,
         _ => value,
     };
+    if let Some(n) = (row == Row::Texture).then(|| world.model.document.lost_image(row, &value)).flatten() {
+        let text = format!("`{}`: image {n} is none of the scene's", row.info().key);
+        return Err(world.run.calls.refuse(TATU_ERR_ARGUMENT, &text));
+    }
     let set = || {
         let mut scene = world.state.scene.try_borrow_mut().map_err(|_| busy(world))?;
         let slot = slot(world, &scene, object)?;
@@ -162,6 +166,9 @@ pub(super) fn write(world: &WorldCell, object: tatu_object, prop: tatu_prop, val
             world.check_notes(&scene, slot, &value)?;
         }
         let changed = tatu_scene::set(&mut scene, slot, row, &value).map_err(|r| refusal(world, r))?;
+        if row == Row::Texture {
+            world.model.document.fill_texture(&mut scene, slot);
+        }
         Ok((slot, changed))
     };
     let (slot, changed) = match set() {
