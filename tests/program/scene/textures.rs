@@ -121,7 +121,7 @@ fn what_is_wrong_with_a_texture_is_told() {
 fn scripts_change_a_texture_and_take_it_off() {
     let script = "script = { text = '''
 function sysCall_init()
-    local floor = sim.getObject('.')
+    local floor = sim.getObject('/floor')
     local has = tatu.get(floor, 'shape.texture')
     assert(has.image == 1 and has.smooth == false)
     assert(not pcall(tatu.set, floor, 'shape.texture', {image = 2}))

@@ -7,7 +7,7 @@ use crate::kit::*;
 const EVENT: &str = "ui.window";
 /// The command by which views report what a user did.
 pub(crate) const ACT: &str = "tatu.actOnButtons";
-/// Words of labels that stand for a drawing, and what is shown in its place.
+/// Words of labels that stand for a drawing, and what is shown in its place. Files have `Check` on the buttons that close.
 const SIGNS: &[(&str, &str)] = &[
     ("ArrowRight", "\u{2192}"),
     ("ArrowLeft", "\u{2190}"),
@@ -37,9 +37,10 @@ fn plain(label: &str) -> (String, Option<String>) {
     let mut color = None;
     for part in parts {
         let digits = part.get(2..5).filter(|d| d.bytes().all(|b| b.is_ascii_digit()));
-        if let Some((_, sign)) = SIGNS.iter().find(|(word, _)| part.starts_with(word)) {
+        let drawn = SIGNS.iter().find_map(|(word, sign)| Some((sign, part.strip_prefix(word)?)));
+        if let Some((sign, rest)) = drawn {
             text.push_str(sign);
-            text.push_str(part.trim_start_matches(|c: char| c.is_ascii_alphabetic()));
+            text.push_str(rest);
         } else if let (Some(digits), true) = (digits, part.starts_with("fg") || part.starts_with("bg")) {
             if part.starts_with("fg") {
                 color = Some(rgb(digits.bytes().map(|b| f64::from(b - b'0') / 9.0)));
@@ -159,6 +160,7 @@ mod tests {
     fn marks_of_labels_are_drawn() {
         assert_eq!(plain("X & Y"), ("X & Y".to_owned(), None));
         assert_eq!(plain("&&fg900&&Box"), ("\u{25a0}".to_owned(), Some("#ff0000".to_owned())));
+        assert_eq!(plain("&&Boxes").0, "\u{25a0}es");
         assert_eq!(plain("one&&ntwo &&unknown"), ("one\ntwo &&unknown".to_owned(), None));
         assert_eq!(plain("&&fg0\u{e9}"), ("&&fg0\u{e9}".to_owned(), None));
     }

@@ -43,8 +43,8 @@ pub(super) fn change(c: &mut Ctx<'_>, change: impl FnOnce(&mut Button)) -> Resul
 fn act(c: &mut Ctx<'_>) -> Result {
     let (window, n, what) = (c.i64(0)?, c.i64(1)?, c.text(2)?);
     let button = of_window(c, window, |w| {
-        let at = usize::try_from(n - 1).ok();
-        at.and_then(|i| w.buttons.get(i)).map(|b| b.handle)
+        let at = n.checked_sub(1).and_then(|n| usize::try_from(n).ok())?;
+        w.buttons.get(at).map(|b| b.handle)
     })?;
     let button = button.ok_or_else(|| Fail::missing(format!("window {window} has no button at place {n}")))?;
     let given = c.arg(3);
