@@ -25,9 +25,15 @@ from pathlib import Path
 
 import debian_mirror
 
+# Ahead of this folder, which has a file of the same name.
+sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "packages"))
+
+import wheel  # noqa: E402
+
 ROOT = Path(__file__).resolve().parents[2]
 ARM = "aarch64-unknown-linux-gnu"
-X86 = "x86_64-unknown-linux-gnu"
+# The platforms, by the names of their methods; the others are compared with the first.
+ORDER = ["own", "simd_off", "old_processor", "clang", "zig", "bullseye", "bookworm", "aarch64"]
 TIMEOUT_S = 600
 # Older than the processors that have AVX or fused multiply-add.
 OLD_PROCESSOR = "Westmere"
@@ -82,7 +88,6 @@ class Platforms:
 
     def zig(self):
         """C by zig, glibc 2.28"""
-        need("tar")
         return [str(self.unpacked() / "bin/tatu")], {}
 
     def bullseye(self):
@@ -111,12 +116,9 @@ class Platforms:
         """The package, unpacked; made by zig unless it was given."""
         archive = self.given
         if archive is None:
-            tools = self.target / "tools"
-            if not (tools / "bin/python").exists():
-                subprocess.run([sys.executable, "-m", "venv", str(tools)], check=True)
-            subprocess.run([str(tools / "bin/python"), "-m", "pip", "install", "-q", "cargo-zigbuild", "ziglang"], check=True)
-            path = {"PATH": f"{tools / 'bin'}{os.pathsep}{os.environ['PATH']}"}
-            built = cargo(self.target / "zig", f"{X86}.2.28", ("cargo", "zigbuild"), **path).parent
+            tools = wheel.environment(self.target / "tools", wheel.TOOLS)
+            path = {"PATH": f"{tools}{os.pathsep}{os.environ['PATH']}"}
+            built = cargo(self.target / "zig", f"{wheel.TRIPLE}.{wheel.GLIBC}", ("cargo", "zigbuild"), **path).parent
             make = [sys.executable, "packages/make.py", "--built", str(built), "--out", str(self.target), "tarball"]
             subprocess.run(make, cwd=ROOT, check=True)
             archive = self.given = next(self.target.glob("tatu-*-linux-x86_64.tar.gz"))
@@ -141,8 +143,9 @@ class Platforms:
     def debian_rustc(self):
         """Debian's Rust compiler with its standard library for AArch64."""
         root, suite = self.target / "rustc", "bookworm-security"
-        version = next(name for name in debian_mirror.index(suite, "amd64")[1] if name.startswith("libstd-rust-web-1."))
-        llvm = max(name for name in debian_mirror.index(suite, "amd64")[1] if name.startswith("libllvm") and name[7:].isdigit())
+        names = debian_mirror.index(suite, "amd64")[1]
+        version = next(name for name in names if name.startswith("libstd-rust-web-1."))
+        llvm = max(name for name in names if name.startswith("libllvm") and name[7:].isdigit())
         debian_mirror.unpack(suite, "amd64", ["rustc-web", version, "libstd-rust-web-dev", llvm], root)
         debian_mirror.unpack(suite, "arm64", ["libstd-rust-web-dev"], root)
         wrapper = root / "rustc"
@@ -175,7 +178,6 @@ def hash_of(command, environment, scene, steps):
 
 
 def main():
-    names = [name for name, what in vars(Platforms).items() if callable(what) and name in ORDER]
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("files", nargs="*", type=Path, metavar="FILE")
     parser.add_argument("--only", default=",".join(ORDER[1:]), metavar="NAME,...")
@@ -185,8 +187,8 @@ def main():
     parser.add_argument("--out", type=Path)
     args = parser.parse_args()
     wanted = args.only.split(",")
-    if unknown := [name for name in wanted if name not in names]:
-        parser.error(f"no such platform: {', '.join(unknown)}; there are {', '.join(names)}")
+    if unknown := [name for name in wanted if name not in ORDER]:
+        parser.error(f"no such platform: {', '.join(unknown)}; there are {', '.join(ORDER)}")
     target = args.target.resolve()
     target.mkdir(parents=True, exist_ok=True)
     scenes = sorted((ROOT / "scenes").rglob("*.toml")) + [file.resolve() for file in args.files]
@@ -219,8 +221,6 @@ def main():
     print(f"{out}: {len(scenes)} scenes on {tried} platforms beside this one, {differ} runs differ")
     sys.exit(1 if differ else 0)
 
-
-ORDER = ["own", "simd_off", "old_processor", "clang", "zig", "bullseye", "bookworm", "aarch64"]
 
 
 def markdown(scenes, table, lacking, steps):

@@ -28,7 +28,7 @@ impl Document {
         if base == 0 {
             document.notes.clone_from(&scene.notes);
         }
-        let mut meshes = Meshes::default();
+        let mut assets = Assets::default();
         let mut index: BTreeMap<u32, usize> = BTreeMap::new();
         let mut ahead: Vec<u32> = if base == 0 { scene.roots().iter().rev().copied().collect() } else { vec![base] };
         // Parents precede their children, one tree after the other.
@@ -41,7 +41,7 @@ impl Document {
                 kind: o.kind(),
                 alias: o.alias().to_owned(),
                 parent: index.get(&o.parent).copied(),
-                rows: rows(scene, slot, device.as_ref(), &mut meshes),
+                rows: rows(scene, slot, device.as_ref(), &mut assets),
                 device,
                 scripts: (beside.scripts)(slot),
                 placement: nalgebra::Isometry3::identity(),
@@ -49,34 +49,35 @@ impl Document {
                 place: None,
             });
         }
-        document.meshes = meshes.list;
-        document.images = meshes.images;
+        document.meshes = assets.meshes;
+        document.images = assets.images;
         document
     }
 }
 
 /// The meshes and images of the document; the number of each is its index plus one.
 #[derive(Default)]
-pub(super) struct Meshes {
-    list: Vec<Arc<Mesh>>,
+pub(super) struct Assets {
+    meshes: Vec<Arc<Mesh>>,
     images: Vec<Arc<Image>>,
-    /// Whether meshes with the same contents have the same number.
+    /// Whether those with the same contents have the same number.
     by_contents: bool,
 }
 
-impl Meshes {
+impl Assets {
     /// Creates a list for scenes that were read separately.
     pub(super) fn by_contents() -> Self {
-        Meshes { by_contents: true, ..Self::default() }
+        Assets { by_contents: true, ..Self::default() }
     }
 
-    fn number(&mut self, mesh: &Arc<Mesh>) -> Value {
-        let known = self.list.iter().position(|m| Arc::ptr_eq(m, mesh));
+    /// Returns the number of a mesh.
+    fn mesh(&mut self, mesh: &Arc<Mesh>) -> Value {
+        let known = self.meshes.iter().position(|m| Arc::ptr_eq(m, mesh));
         let alike = |m: &Arc<Mesh>| self.by_contents && m.triangles.len() == mesh.triangles.len() && **m == **mesh;
-        let known = known.or_else(|| self.list.iter().position(alike));
+        let known = known.or_else(|| self.meshes.iter().position(alike));
         let at = known.unwrap_or_else(|| {
-            self.list.push(mesh.clone());
-            self.list.len() - 1
+            self.meshes.push(mesh.clone());
+            self.meshes.len() - 1
         });
         Value::Int(at as i64 + 1)
     }
@@ -94,7 +95,7 @@ impl Meshes {
 }
 
 /// Returns the rows of an object that differ from those of a new one of its kind.
-pub(super) fn rows(scene: &Scene, slot: u32, device: Option<&DeviceSpec>, meshes: &mut Meshes) -> Vec<(Row, Value)> {
+pub(super) fn rows(scene: &Scene, slot: u32, device: Option<&DeviceSpec>, assets: &mut Assets) -> Vec<(Row, Value)> {
     let Some(o) = scene.get(slot) else { return Vec::new() };
     let (blank, blank_slot) = blank(o.kind(), device);
     // The preset will be applied when the file is read, so every value must be written.
@@ -106,11 +107,11 @@ pub(super) fn rows(scene: &Scene, slot: u32, device: Option<&DeviceSpec>, meshes
         match (row, &o.data) {
             (Row::Alias | Row::Name | Row::Parent | Row::Pose | Row::WorldPose, _) => continue,
             (Row::Position | Row::Quaternion | Row::Orientation | Row::Surface | Row::Cyclic, _) => continue,
-            (Row::Mesh, Data::Shape(s)) => out.extend(s.mesh.as_ref().map(|m| (row, meshes.number(m)))),
+            (Row::Mesh, Data::Shape(s)) => out.extend(s.mesh.as_ref().map(|m| (row, assets.mesh(m)))),
             (Row::Texture, Data::Shape(s)) => {
-                out.extend(s.texture.as_ref().and_then(|t| meshes.texture(t)).map(|t| (row, t)));
+                out.extend(s.texture.as_ref().and_then(|t| assets.texture(t)).map(|t| (row, t)));
             }
-            (Row::Parts, Data::Shape(s)) => out.extend(parts(s, meshes).map(|p| (row, p))),
+            (Row::Parts, Data::Shape(s)) => out.extend(parts(s, assets).map(|p| (row, p))),
             (Row::Mass, Data::Shape(s)) if s.mass.is_none() => {}
             (Row::Inertia, Data::Shape(s)) if s.inertia.is_none() => {}
             (Row::Limits, Data::Joint(j)) if j.limits.is_none() => {}
@@ -147,7 +148,7 @@ fn blank(kind: i32, device: Option<&DeviceSpec>) -> (Scene, u32) {
 }
 
 /// Returns the parts of a compound.
-fn parts(shape: &Shape, meshes: &mut Meshes) -> Option<Value> {
+fn parts(shape: &Shape, assets: &mut Assets) -> Option<Value> {
     if shape.parts.is_empty() {
         return None;
     }
@@ -155,7 +156,7 @@ fn parts(shape: &Shape, meshes: &mut Meshes) -> Option<Value> {
         let pose = pose_to_array(&p.pose);
         let mut map = vec![(Value::text("primitive"), Value::text(p.primitive.name()))];
         match &p.mesh {
-            Some(mesh) => map.push((Value::text("mesh"), meshes.number(mesh))),
+            Some(mesh) => map.push((Value::text("mesh"), assets.mesh(mesh))),
             None => map.push((Value::text("size"), Value::Floats(p.size.iter().copied().collect()))),
         }
         if pose[..3] != [0.0; 3] {
@@ -165,7 +166,7 @@ fn parts(shape: &Shape, meshes: &mut Meshes) -> Option<Value> {
             map.push((Value::text("quaternion"), Value::Floats(pose[3..].to_vec())));
         }
         map.extend(p.color.map(|c| (Value::text("color"), Value::Floats(c.to_vec()))));
-        map.extend(p.texture.as_ref().and_then(|t| meshes.texture(t)).map(|t| (Value::text("texture"), t)));
+        map.extend(p.texture.as_ref().and_then(|t| assets.texture(t)).map(|t| (Value::text("texture"), t)));
         map.extend(p.friction.map(|f| (Value::text("friction"), Value::Float(f))));
         if p.convex {
             map.push((Value::text("convex"), Value::Bool(true)));

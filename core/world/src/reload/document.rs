@@ -11,7 +11,7 @@ use tatu_plugin_api::{
     safe::{MOST_BYTES, Value, read_plain},
 };
 use tatu_scene::{
-    self, Changed, Data, Scene,
+    self, Changed, Data, Scene, Shape,
     document::{Document, ObjectSpec, ScriptSpec},
     rows::Row,
 };
@@ -150,30 +150,25 @@ impl World {
         rows.retain(|r| !parts.contains(r));
         rows.push(Row::Pose);
         let mut keys: Vec<String> = Vec::new();
-        let mesh =
-            |d: &Described<'_>, n: usize| d.scene.get(d.slots[n]).and_then(|o| o.shape()).and_then(|s| s.mesh.clone());
-        let (old_mesh, new_mesh) = (mesh(was, j), mesh(is, i));
-        if old_mesh != new_mesh {
-            self.each_scene(|scene| {
-                if let Some(Data::Shape(s)) = scene.get_mut(slot).map(|o| &mut o.data) {
-                    s.mesh.clone_from(&new_mesh);
-                    scene.touch(slot);
-                }
-            });
-            keys.push(Row::Mesh.info().key.into());
+        fn shape<'s>(d: &'s Described<'_>, n: usize) -> Option<&'s Shape> {
+            d.scene.get(d.slots[n])?.shape()
         }
-        let texture = |d: &Described<'_>, n: usize| {
-            d.scene.get(d.slots[n]).and_then(|o| o.shape()).and_then(|s| s.texture.clone())
-        };
-        let (old_texture, new_texture) = (texture(was, j), texture(is, i));
-        if old_texture != new_texture {
-            self.each_scene(|scene| {
-                if let Some(Data::Shape(s)) = scene.get_mut(slot).map(|o| &mut o.data) {
-                    s.texture.clone_from(&new_texture);
+        if let (Some(old), Some(new)) = (shape(was, j), shape(is, i)) {
+            let (other_mesh, other_texture) = (old.mesh != new.mesh, old.texture != new.texture);
+            if other_mesh || other_texture {
+                self.each_scene(|scene| {
+                    let Some(Data::Shape(s)) = scene.get_mut(slot).map(|o| &mut o.data) else { return };
+                    if other_mesh {
+                        s.mesh.clone_from(&new.mesh);
+                    }
+                    if other_texture {
+                        s.texture.clone_from(&new.texture);
+                    }
                     scene.touch(slot);
-                }
-            });
-            keys.push(Row::Texture.info().key.into());
+                });
+            }
+            keys.extend(other_mesh.then(|| Row::Mesh.info().key.into()));
+            keys.extend(other_texture.then(|| Row::Texture.info().key.into()));
         }
         for row in rows {
             let key = row.info().key;

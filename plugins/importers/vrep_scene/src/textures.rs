@@ -1,4 +1,8 @@
 //! Images on shapes.
+//!
+//! The origin of a projection is taken as the middle of the image, since emblems are then in the middle of their parts.
+//! Files seen so far have planes and boxes only; that sizes around cylinders and spheres are parts of a turn is an
+//! estimate.
 
 use std::collections::BTreeMap;
 

@@ -113,10 +113,9 @@ pub fn call(g: &Graph<'_>, params: &mut BTreeMap<String, String>, service: &str,
 /// Returns the name under which a parameter is stored: `x`, `/x` and, of a node in ROS 2, `/node:x` are the same, if there
 /// is one already.
 fn param(params: &BTreeMap<String, String>, name: String) -> String {
-    let last = name.rsplit([':', '/']).next().unwrap_or("");
+    let last = name.rsplit(':').next().unwrap_or("").trim_start_matches('/');
     let known = [name.clone(), last.to_owned(), format!("/{last}")];
-    let whole = !name.trim_start_matches('/').contains('/') || name.contains(':');
-    known.into_iter().find(|n| (whole || *n == name) && params.contains_key(n)).unwrap_or(name)
+    known.into_iter().find(|n| params.contains_key(n)).unwrap_or(name)
 }
 
 /// Returns the definition of a type and of the types it contains.

@@ -17,7 +17,7 @@ use tatu_services_common::{json, outbox::Message};
 use crate::{
     plugin::Props,
     protocol::ToPage,
-    scene::{self, Meshes, Whole},
+    scene::{self, Assets, Whole},
 };
 
 /// Most work of a call, in shapes that are compared, and the work for objects of other kinds. In a scene of 10,000
@@ -74,7 +74,7 @@ impl Changes {
                 return Ok(Found::Scene);
             }
         }
-        let (mut meshes, mut objects, mut work) = (Meshes::new(), Vec::new(), 0);
+        let (mut assets, mut objects, mut work) = (Assets::new(), Vec::new(), 0);
         while self.next < whole.ids.len() && work < MOST_WORK {
             let (i, id) = (self.next, whole.ids[self.next]);
             self.next += 1;
@@ -84,7 +84,7 @@ impl Changes {
             if self.digests.get(i) == Some(&Some(digest)) {
                 continue;
             }
-            let Ok(object) = scene::object(turn, p, id, &mut meshes) else { continue };
+            let Ok(object) = scene::object(turn, p, id, &mut assets) else { continue };
             whole.take(id, &object);
             objects.push(object);
             if let Some(known) = self.digests.get_mut(i) {
@@ -97,7 +97,7 @@ impl Changes {
         if objects.is_empty() {
             return Ok(Found::Nothing);
         }
-        Ok(Found::Objects(meshes.into_values().chain([ToPage::Objects { objects }.message()]).collect()))
+        Ok(Found::Objects(assets.into_values().chain([ToPage::Objects { objects }.message()]).collect()))
     }
 
     /// Returns the digest of what is shown of an object, and the work that it took.

@@ -88,16 +88,16 @@ impl Whole {
     }
 }
 
-/// Meshes by their hash.
-pub type Meshes = BTreeMap<String, Message>;
+/// Messages of meshes and of images on surfaces, by their hash.
+pub type Assets = BTreeMap<String, Message>;
 
 /// Reads the whole scene.
 pub fn read(turn: &Turn<'_>, p: &Props) -> Result<Whole> {
     let mut whole = Whole { ids: turn.list(0, 0, 0)?, ..Default::default() };
-    let mut meshes = Meshes::new();
+    let mut assets = Assets::new();
     let mut objects = Vec::new();
     for &id in &whole.ids {
-        let o = object(turn, p, id, &mut meshes)?;
+        let o = object(turn, p, id, &mut assets)?;
         if let Some(joint) = &o.joint {
             whole.joints.push((id, joint.form == "spherical"));
         }
@@ -109,13 +109,13 @@ pub fn read(turn: &Turn<'_>, p: &Props) -> Result<Whole> {
     let of_scene = |s: &tatu_object| turn.get(*s, p.parent).is_ok_and(|v| v.as_object().unwrap_or(0) == 0);
     let scripts = scripts_of(turn, p, turn.scripts(0)?.into_iter().filter(of_scene))?;
     let scene = ToPage::Scene { file: text(turn.get(0, p.file)?), dt: turn.f64(0, p.dt)?, objects, scripts };
-    whole.messages = meshes.into_values().collect();
+    whole.messages = assets.into_values().collect();
     whole.messages.push(scene.message());
     Ok(whole)
 }
 
-/// Reads an object; its meshes are added to `meshes`.
-pub fn object(turn: &Turn<'_>, p: &Props, id: tatu_object, meshes: &mut Meshes) -> Result<Object> {
+/// Reads an object; its meshes and images are added to `assets`.
+pub fn object(turn: &Turn<'_>, p: &Props, id: tatu_object, assets: &mut Assets) -> Result<Object> {
     let kind = text(turn.get(id, p.kind)?);
     let mut o = Object {
         id: tatu_slot(id),
@@ -136,7 +136,7 @@ pub fn object(turn: &Turn<'_>, p: &Props, id: tatu_object, meshes: &mut Meshes) 
         scripts: scripts_of(turn, p, turn.scripts(id)?.into_iter())?,
     };
     match kind.as_str() {
-        "shape" => o.parts = Some(parts(turn, id, meshes)?),
+        "shape" => o.parts = Some(parts(turn, id, assets)?),
         "joint" => {
             o.joint = Some(Joint { form: text(turn.get(id, p.joint_type)?), lead: turn.f64(id, p.joint_lead)? });
         }
@@ -174,8 +174,8 @@ pub fn version(text: &[u8]) -> u32 {
     Sha256::digest(text).iter().take(4).fold(0, |n, b| n << 8 | u32::from(*b))
 }
 
-/// Returns the appearance of a shape; its meshes and images are added to `meshes` by their hash.
-fn parts(turn: &Turn<'_>, id: tatu_object, meshes: &mut Meshes) -> Result<Vec<Part>> {
+/// Returns the appearance of a shape; its meshes and images are added to `assets` by their hash.
+fn parts(turn: &Turn<'_>, id: tatu_object, assets: &mut Assets) -> Result<Vec<Part>> {
     let mut out = Vec::new();
     while let Some(part) = turn.part(id, out.len() as u32)? {
         let numbers = |key: &str| part.get(key).and_then(|v| v.numbers()).unwrap_or_default();
@@ -184,16 +184,16 @@ fn parts(turn: &Turn<'_>, id: tatu_object, meshes: &mut Meshes) -> Result<Vec<Pa
         let mut o = Part { pose: numbers("pose"), color: numbers("color"), size: None, texture, mesh: None, form };
         if o.form == "mesh" {
             let (sum, message) = mesh(&numbers("points"), &numbers("triangles"));
-            meshes.entry(sum.clone()).or_insert(message);
+            assets.entry(sum.clone()).or_insert(message);
             o.mesh = Some(sum);
         } else {
             o.size = Some(numbers("size"));
         }
         if let Some(texture) = &o.texture
-            && !meshes.contains_key(&texture.image)
+            && !assets.contains_key(&texture.image)
             && let Some(found) = turn.part_image(id, out.len() as u32)?
         {
-            meshes.insert(texture.image.clone(), image(&texture.image, found));
+            assets.insert(texture.image.clone(), image(&texture.image, found));
         }
         out.push(o);
     }

@@ -61,11 +61,11 @@ pub type Differences = BTreeMap<usize, Difference>;
 /// Compares all objects that the file still describes.
 pub fn all(edited: &Edited<'_>, builder: &Builder<'_>, entries: &Entries) -> Differences {
     let (base, slots) = edited.document.instantiate();
-    let mut meshes = live::Meshes::by_contents();
+    let mut assets = live::Assets::by_contents();
     let mut out = BTreeMap::new();
     for &object in &entries.kept {
         let pair = Pair { object, then: (&base, slots[object]), now: (edited.scene, edited.slots[object]) };
-        let difference = pair.compare(edited, (builder, entries), &mut meshes);
+        let difference = pair.compare(edited, (builder, entries), &mut assets);
         if !difference.is_none() {
             out.insert(object, difference);
         }
@@ -85,7 +85,7 @@ impl Pair<'_> {
         &self,
         edited: &Edited<'_>,
         (builder, entries): (&Builder<'_>, &Entries),
-        meshes: &mut live::Meshes,
+        assets: &mut live::Assets,
     ) -> Difference {
         let spec = &edited.document.objects[self.object];
         let ((base, old), (scene, new)) = (self.then, self.now);
@@ -103,8 +103,8 @@ impl Pair<'_> {
                 || spec.parent.is_some_and(|p| !entries.kept.contains(&p)),
             ..Difference::default()
         };
-        let then: BTreeMap<Row, Value> = live::rows(base, old, spec.device.as_ref(), meshes).into_iter().collect();
-        let now: BTreeMap<Row, Value> = live::rows(scene, new, device.as_ref(), meshes).into_iter().collect();
+        let then: BTreeMap<Row, Value> = live::rows(base, old, spec.device.as_ref(), assets).into_iter().collect();
+        let now: BTreeMap<Row, Value> = live::rows(scene, new, device.as_ref(), assets).into_iter().collect();
         let rows: std::collections::BTreeSet<Row> = then.keys().chain(now.keys()).copied().collect();
         for row in rows.into_iter().filter(|r| !matches!(r, Row::Name | Row::Pose)) {
             let (was, is) = (then.get(&row), now.get(&row));
