@@ -63,8 +63,9 @@ graphs=$work/graphs
 tatu run scenes/first/pioneer_draws_its_path.toml --seconds 60 --graphs "$graphs" >/dev/null
 mv "$graphs/Drive.png" $images/drive.png
 
-# page.png and window.png: the page as a browser shows it; needs Chromium, and npm at the build.
-cargo test --test program -- --ignored page::pictures
+# page.png and window.png: the page as a browser shows it; page_looks.png: its scenes beside those of `tatu look`.
+# Needs Chromium, and npm at the build.
+cargo test --test program -- --ignored page::pictures page::looks
 
 # V-REP scenes, which are not part of the repository: VREP_SCENES names their folder.
 if [ -n "${VREP_SCENES:-}" ]; then

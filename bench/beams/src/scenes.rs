@@ -87,7 +87,7 @@ pub fn torus(number: usize) -> Target {
             triangles.extend([[a, b, c], [a, c, d]]);
         }
     }
-    let form = Form::Mesh { mesh: Arc::new(Mesh { vertices, triangles }), convex: false };
+    let form = Form::Mesh { mesh: Arc::new(Mesh { vertices, triangles, ..Default::default() }), convex: false };
     target(number, Isometry3::translation(3.0, 0.0, 1.0), form)
 }
 

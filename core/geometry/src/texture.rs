@@ -6,6 +6,8 @@ use nalgebra::{Isometry3, Point3, Vector3};
 use serde::{Deserialize, Serialize};
 use xxhash_rust::xxh3::xxh3_64_with_seed;
 
+use crate::form::{Form, Mesh};
+
 /// Greatest number of pixels of an image: 64 MB.
 pub const MOST_PIXELS: usize = 16 << 20;
 
@@ -59,7 +61,7 @@ impl Image {
     }
 }
 
-/// How points of a surface are mapped to an image. All but `Box` ignore the direction of the surface.
+/// How points of a surface are mapped to an image. All but `Box` and `Mesh` ignore what the surface is like.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub enum Mapping {
     /// Along the z axis: x to the right, y up.
@@ -71,15 +73,17 @@ pub enum Mapping {
     Sphere,
     /// As `Plane`, along the axis that is closest to the surface's normal.
     Box,
+    /// By the coordinates of a mesh, [`Mesh::coordinates`]; without them, the surface keeps its colour.
+    Mesh,
 }
 
 /// Names of mappings, in the order of [`Mapping`].
-pub const MAPPINGS: &[&str] = &["plane", "cylinder", "sphere", "box"];
+pub const MAPPINGS: &[&str] = &["plane", "cylinder", "sphere", "box", "mesh"];
 
 impl Mapping {
     /// Returns the mapping with a name in [`MAPPINGS`].
     pub fn parse(name: &str) -> Option<Self> {
-        let all = [Self::Plane, Self::Cylinder, Self::Sphere, Self::Box];
+        let all = [Self::Plane, Self::Cylinder, Self::Sphere, Self::Box, Self::Mesh];
         MAPPINGS.iter().position(|m| *m == name).map(|i| all[i])
     }
     /// Returns the mapping's name.
@@ -121,7 +125,7 @@ pub struct Projection {
     /// The kind of projection.
     pub mapping: Mapping,
     /// Width and height of the image on the surface, m; of `Cylinder` the width, and of `Sphere` both, in turns and in
-    /// half turns.
+    /// half turns; of `Mesh` both, in coordinates.
     pub size: [f64; 2],
     /// Frame of the projection in that of the surface. The origin is the middle of the image.
     pub pose: Isometry3<f64>,
@@ -156,10 +160,25 @@ pub struct Texture {
 }
 
 impl Texture {
-    /// Returns the colour of a surface of colour `base`, at a point with an outward normal, both in the frame of the
-    /// surface.
-    pub fn color(&self, point: &Point3<f64>, normal: &Vector3<f64>, base: [f32; 3]) -> [f32; 3] {
-        let [r, g, b, opacity] = self.sample(self.place(point, normal));
+    /// Returns the colour of a surface of colour `base`, at a point of a primitive of a form with an outward normal
+    /// there, both in the frame of the form. Primitives of a mesh are its triangles.
+    pub fn color(
+        &self,
+        (form, primitive): (&Form, u32),
+        point: &Point3<f64>,
+        normal: &Vector3<f64>,
+        base: [f32; 3],
+    ) -> [f32; 3] {
+        let place = match (self.projection.mapping, form) {
+            (Mapping::Mesh, Form::Mesh { mesh, .. }) => mesh.place(primitive, point).map(|[right, up]| {
+                let [width, height] = self.projection.size;
+                [right / width, up / height]
+            }),
+            (Mapping::Mesh, _) => None,
+            _ => Some(self.place(point, normal)),
+        };
+        let Some(place) = place else { return base };
+        let [r, g, b, opacity] = self.sample(place);
         let image = [r, g, b];
         [0, 1, 2].map(|i| match self.projection.blend {
             Blend::Modulate => base[i] * image[i],
@@ -174,7 +193,7 @@ impl Texture {
         let Projection { mapping, size, pose, .. } = &self.projection;
         let p = pose.inverse_transform_point(point);
         let [right, up] = match mapping {
-            Mapping::Plane => [p.x, p.y],
+            Mapping::Plane | Mapping::Mesh => [p.x, p.y],
             Mapping::Cylinder => [libm::atan2(p.y, p.x) / TAU, p.z],
             Mapping::Sphere => [libm::atan2(p.y, p.x) / TAU, libm::atan2(p.z, libm::sqrt(p.x * p.x + p.y * p.y)) / PI],
             Mapping::Box => {
@@ -206,9 +225,33 @@ impl Texture {
     }
 }
 
+impl Mesh {
+    /// Returns the coordinates at a point of a triangle, which are interpolated between its corners.
+    fn place(&self, triangle: u32, point: &Point3<f64>) -> Option<[f64; 2]> {
+        let corners = *self.triangles.get(triangle as usize)?;
+        let [a, b, c] = corners.map(|i| self.vertices.get(i as usize));
+        let [p, q, r] = corners.map(|i| self.coordinates.get(i as usize));
+        let (a, b, c, p, q, r) = (a?, b?, c?, p?, q?, r?);
+        let (ab, ac, ap) = (b - a, c - a, point - a);
+        let n = ab.cross(&ac);
+        let size = n.norm_squared();
+        let (to_b, to_c) = match size > 0.0 {
+            true => (ap.cross(&ac).dot(&n) / size, ab.cross(&ap).dot(&n) / size),
+            false => (0.0, 0.0),
+        };
+        Some([0, 1].map(|i| {
+            let [p, q, r] = [p, q, r].map(|x| f64::from(x[i]));
+            p + (q - p) * to_b + (r - p) * to_c
+        }))
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// Forms matter to coordinates of meshes alone.
+    const BALL: (&Form, u32) = (&Form::Sphere { radius: 1.0 }, 0);
 
     /// Four squares: red and green above, blue and white below.
     fn squares(projection: Projection) -> Texture {
@@ -219,7 +262,7 @@ mod tests {
     #[test]
     fn the_first_row_is_above() {
         let t = squares(Projection { smooth: false, size: [2.0; 2], ..Default::default() });
-        let seen = |x: f64, y: f64| t.color(&Point3::new(x, y, 7.0), &Vector3::z(), [1.0; 3]);
+        let seen = |x: f64, y: f64| t.color(BALL, &Point3::new(x, y, 7.0), &Vector3::z(), [1.0; 3]);
         assert_eq!(seen(-0.5, 0.5), [1.0, 0.0, 0.0]);
         assert_eq!(seen(0.5, 0.5), [0.0, 1.0, 0.0]);
         assert_eq!(seen(-0.5, -0.5), [0.0, 0.0, 1.0]);
@@ -229,7 +272,7 @@ mod tests {
     #[test]
     fn a_box_shows_it_on_each_side() {
         let t = squares(Projection { mapping: Mapping::Box, smooth: false, size: [2.0; 2], ..Default::default() });
-        let seen = |p: [f64; 3], n: [f64; 3]| t.color(&Point3::from(p), &Vector3::from(n), [1.0; 3]);
+        let seen = |p: [f64; 3], n: [f64; 3]| t.color(BALL, &Point3::from(p), &Vector3::from(n), [1.0; 3]);
         assert_eq!(seen([1.0, 0.5, 0.5], [1.0, 0.0, 0.0]), [0.0, 1.0, 0.0]);
         assert_eq!(seen([-0.5, 1.0, 0.5], [0.0, 1.0, 0.0]), [1.0, 0.0, 0.0]);
     }
@@ -237,7 +280,7 @@ mod tests {
     #[test]
     fn colors_are_mixed() {
         let with = |blend: Blend| squares(Projection { blend, smooth: false, size: [2.0; 2], ..Default::default() });
-        let seen = |t: Texture| t.color(&Point3::new(-0.5, 0.5, 0.0), &Vector3::z(), [0.5, 0.5, 0.0]);
+        let seen = |t: Texture| t.color(BALL, &Point3::new(-0.5, 0.5, 0.0), &Vector3::z(), [0.5, 0.5, 0.0]);
         assert_eq!(seen(with(Blend::Modulate)), [0.5, 0.0, 0.0]);
         assert_eq!(seen(with(Blend::Decal)), [1.0, 0.0, 0.0]);
         assert_eq!(seen(with(Blend::Add)), [1.0, 0.5, 0.0]);
@@ -246,8 +289,24 @@ mod tests {
     #[test]
     fn the_edge_continues_where_it_does_not_repeat() {
         let t = squares(Projection { repeat: [false; 2], size: [2.0; 2], ..Default::default() });
-        assert_eq!(t.color(&Point3::new(9.0, 9.0, 0.0), &Vector3::z(), [1.0; 3]), [0.0, 1.0, 0.0]);
+        assert_eq!(t.color(BALL, &Point3::new(9.0, 9.0, 0.0), &Vector3::z(), [1.0; 3]), [0.0, 1.0, 0.0]);
         assert_eq!(Image::new(2, 2, vec![0; 15]), None);
         assert_eq!(Image::new(0, 2, Vec::new()), None);
+    }
+
+    #[test]
+    fn coordinates_of_a_mesh_are_interpolated() {
+        let vertices = [[0.0, 0.0], [2.0, 0.0], [2.0, 2.0], [0.0, 2.0]].map(|[x, y]| Point3::new(x, y, 5.0)).to_vec();
+        // The image is turned by a quarter: what is right of it goes up.
+        let coordinates = vec![[0.0, 1.0], [0.0, 0.0], [1.0, 0.0], [1.0, 1.0]];
+        let mesh = Arc::new(Mesh { vertices, triangles: vec![[0, 1, 2], [0, 2, 3]], coordinates });
+        let form = Form::Mesh { mesh, convex: false };
+        let t = squares(Projection { mapping: Mapping::Mesh, smooth: false, ..Default::default() });
+        let seen = |triangle, x, y| t.color((&form, triangle), &Point3::new(x, y, 5.0), &Vector3::z(), [1.0; 3]);
+        assert_eq!(seen(0, 0.4, 0.2), [1.0, 0.0, 0.0]);
+        assert_eq!(seen(1, 0.4, 1.6), [0.0, 1.0, 0.0]);
+        assert_eq!(seen(0, 1.8, 0.3), [0.0, 0.0, 1.0]);
+        assert_eq!(seen(0, 1.8, 1.6), [1.0; 3]);
+        assert_eq!(t.color(BALL, &Point3::origin(), &Vector3::z(), [0.2; 3]), [0.2; 3], "it has no coordinates");
     }
 }

@@ -88,7 +88,7 @@ impl Pen<'_> {
     }
 
     fn triangle(&mut self, corners: &[Point3<f64>]) {
-        let mesh = Mesh { vertices: corners.to_vec(), triangles: vec![[0, 1, 2]] };
+        let mesh = Mesh { vertices: corners.to_vec(), triangles: vec![[0, 1, 2]], ..Default::default() };
         if corners.iter().all(|p| p.iter().all(|x| x.is_finite())) {
             self.add(Isometry3::identity(), Form::Mesh { mesh: Arc::new(mesh), convex: false });
         }

@@ -109,13 +109,14 @@ impl Stage {
     /// Returns the colour of what is seen, unlit.
     pub fn color(&self, seen: &Seen) -> Color {
         match seen.what {
-            What::Solid(i, _) => {
+            What::Solid(i, primitive) => {
                 let color = self.colors.get(i as usize).copied().unwrap_or(Color::FLOOR);
                 let target = &self.solids.targets()[i as usize];
                 let Some(texture) = &target.texture else { return color };
                 let point = target.world_from_target.inverse_transform_point(&seen.point);
                 let normal = target.world_from_target.rotation.inverse_transform_vector(&seen.normal);
-                Color::of(texture.color(&point, &normal, target.color).map(f64::from))
+                let surface = (&target.form, primitive);
+                Color::of(texture.color(surface, &point, &normal, target.color).map(f64::from))
             }
             What::Mark(i) => self.colors.get(i as usize).copied().unwrap_or(Color::FLOOR),
             What::Floor | What::Sky => Color::FLOOR,

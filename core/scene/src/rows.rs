@@ -105,10 +105,10 @@ rows! {
     Primitive "shape.primitive" SHAPE, TATU_TEXT 0 None, Rebuilds PRIMITIVES, "Its form; default box.";
     Size "shape.size" SHAPE, TATU_F64S 3 M, Rebuilds FREE, "Full extents along x, y, z; round forms use x as the diameter and z as the length; default 0.1 each.";
     Mesh "shape.mesh" SHAPE, TATU_I64 0 None, Rebuilds FREE, "Number of its mesh, for the primitive `mesh`.";
-    Surface "shape.surface" SHAPE, TATU_LIST 0 None, Rebuilds FREE, "Points and triangles of its mesh: a list of x y z, and a list of three indices of points, from 0; setting it makes the shape a mesh.";
+    Surface "shape.surface" SHAPE, TATU_LIST 0 None, Rebuilds FREE, "Points and triangles of its mesh: a list of x y z, a list of three indices of points, from 0, and for an image with the mapping `mesh` a list of two places in it for each point; setting it makes the shape a mesh.";
     Convex "shape.convex" SHAPE, TATU_BOOL 0 None, Rebuilds FREE, "Whether its mesh is its own convex hull; default false.";
     Parts "shape.parts" SHAPE, TATU_LIST 0 None, Rebuilds FREE, "Parts of a compound: primitive, size, position, orientation or quaternion, color, texture, friction; mesh and convex for the primitive `mesh`.";
-    Texture "shape.texture" SHAPE, TATU_MAP 0 None, Rebuilds FREE, "Image on it: image, mapping (plane, cylinder, sphere, box), size, position, orientation or quaternion, repeat, smooth, blend (modulate, decal, add); setting an empty table removes it; default none.";
+    Texture "shape.texture" SHAPE, TATU_MAP 0 None, Rebuilds FREE, "Image on it: image, mapping (plane, cylinder, sphere, box, mesh), size, position, orientation or quaternion, repeat, smooth, blend (modulate, decal, add); setting an empty table removes it; default none.";
     Color "shape.color" SHAPE, TATU_F64S 3 None, Live FREE, "Red, green, blue, 0 to 1; default 0.7 each.";
     Mass "shape.mass" SHAPE, TATU_F64 0 Some("kg"), Rebuilds FREE, "Mass; default: 1000 kg/m^3 times its volume.";
     Inertia "shape.inertia" SHAPE, TATU_F64S 0 Some("kg m^2"), Rebuilds FREE, "Inertia about the centre of mass: 3 (xx yy zz) or 9 by rows; default: that of its form with uniform density.";

@@ -443,7 +443,7 @@ typedef struct tatu_host_figures {
    * mesh), "size" (full extents, m; none for a plane), "pose" (7 numbers, in the shape), "color", and for a mesh
    * "points" (x y z) and "triangles" (three point indices) in the part's frame. A part with an image on it has
    * "texture", a map: "image" (a hash of its pixels), and the keys of the property `shape.texture` with the pose in the
-   * part. Valid until the current call returns. TATU_ERR_MISSING, without a message: past the last. */
+   * part; if its mapping is "mesh", the part has "coordinates", the place in the image of each point. Valid until the current call returns. TATU_ERR_MISSING, without a message: past the last. */
   tatu_status(TATU_CALL *part)(tatu_world *, tatu_object shape, uint32_t index, tatu_value *);
   /* [step] The image on that part as a map: "columns", "rows", and "rgba", 4 bytes per pixel, top row first. Valid until
    * the current call returns. TATU_ERR_MISSING, without a message: there is none. Absent in hosts without images. */

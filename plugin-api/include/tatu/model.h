@@ -65,6 +65,10 @@ typedef struct tatu_builder {
    * may be called within this call; a model that contains itself is refused. Absent in hosts that read no models from
    * text. */
   tatu_status(TATU_CALL *scene)(const struct tatu_builder *, uint32_t parent, tatu_str name, tatu_str text);
+  /* [setup] As `mesh`, with the place of each point in an image for textures whose mapping is "mesh": `n_points` * 2
+   * floats, 0 to 1 to the right and up; null: none. Absent in hosts that only project images. */
+  uint64_t(TATU_CALL *textured_mesh)(const struct tatu_builder *, const double *points, const float *coordinates,
+                                     uint64_t n_points, const uint32_t *triangles, uint64_t n_triangles);
 } tatu_builder;
 
 /* Writes a document, and remembers the first refusal of the builder: after one, nothing more is done, and `status` is

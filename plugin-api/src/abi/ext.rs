@@ -438,6 +438,8 @@ pub struct tatu_builder {
     pub describe: Option<extern "C" fn(Option<&tatu_builder>, Option<&ValueRef<'_>>) -> tatu_status>,
     pub model: *const tatu_model,
     pub scene: Option<extern "C" fn(Option<&tatu_builder>, u32, Lent<'_>, Lent<'_>) -> tatu_status>,
+    pub textured_mesh:
+        Option<unsafe extern "C" fn(Option<&tatu_builder>, *const f64, *const f32, u64, *const u32, u64) -> u64>,
 }
 
 #[repr(C)]

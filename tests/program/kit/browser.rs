@@ -81,7 +81,8 @@ impl Page {
         page
     }
 
-    fn send(&mut self, method: &str, params: Value) -> Value {
+    /// Calls a method of the browser; returns its result.
+    pub fn send(&mut self, method: &str, params: Value) -> Value {
         self.number += 1;
         let number = self.number;
         let text = json!({ "id": number, "method": method, "params": params }).to_string();

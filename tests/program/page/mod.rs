@@ -2,7 +2,7 @@
 //!
 //! - `program`: the program with its page; `drive`: what tests in a browser share;
 //! - `access`, `messages`, `repeat`: clients without a browser;
-//! - `student`, `handling`, `looking`, `scripting`, `opening`, `film`, `building`, `keeping`, `moving`, `details`: in a
+//! - `student`, `handling`, `looking`, `scripting`, `opening`, `film`, `building`, `keeping`, `moving`, `details`, `overlays`, `looks`: in a
 //!   browser; `pictures`: for the guide;
 //! - `gallery`, `reconnect`: with and without a browser.
 
@@ -15,9 +15,11 @@ mod gallery;
 mod handling;
 mod keeping;
 mod looking;
+mod looks;
 mod messages;
 mod moving;
 mod opening;
+mod overlays;
 mod pictures;
 mod program;
 mod reconnect;

@@ -88,7 +88,7 @@ mirror! {
     }
     tatu_actuator { size, flags, n_commands, reserved, id, text, params, commands, life, apply, schemas, fields }
     tatu_ext_actuator { size, reserved, kinds }
-    tatu_builder { size, reserved, ctx, object, set, mesh, image, script, device, report, file, describe, model, scene }
+    tatu_builder { size, reserved, ctx, object, set, mesh, image, script, device, report, file, describe, model, scene, textured_mesh }
     tatu_model_slot { size, reserved, alias, mount, text, payload }
     tatu_model_number { size, reserved, name, value, unit, source }
     tatu_model {

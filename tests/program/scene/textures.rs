@@ -2,12 +2,14 @@
 
 use crate::kit::*;
 
-/// Returns an image of 2 x 2 pixels: red and green above, blue and white below.
-fn squares() -> Vec<u8> {
+/// Returns an image of 2 x 2 squares of so many pixels: red and green above, blue and white below.
+fn squares(size: u32) -> Vec<u8> {
     let mut out = Vec::new();
-    let mut encoder = png::Encoder::new(&mut out, 2, 2);
+    let mut encoder = png::Encoder::new(&mut out, 2 * size, 2 * size);
     encoder.set_color(png::ColorType::Rgb);
-    let pixels = [[255, 0, 0], [0, 255, 0], [0, 0, 255], [255; 3]].concat();
+    let colors = [[255, 0, 0], [0, 255, 0], [0, 0, 255], [255; 3]];
+    let places = (0..2 * size).flat_map(|row| (0..2 * size).map(move |column| 2 * (row / size) + column / size));
+    let pixels: Vec<u8> = places.flat_map(|i| colors[i as usize]).collect();
     encoder.write_header().unwrap().write_image_data(&pixels).unwrap();
     out
 }
@@ -59,7 +61,7 @@ end
 
 fn place(scene: &str) -> Place {
     let place = Place::scene(scene);
-    std::fs::write(place.path().join("squares.png"), squares()).unwrap();
+    std::fs::write(place.path().join("squares.png"), squares(1)).unwrap();
     place
 }
 
@@ -92,6 +94,87 @@ fn a_snapshot_keeps_images() {
     assert!(done.out.contains("all squares") || done.err.contains("all squares"), "{}", done.err);
 }
 
+/// The floor as a mesh of two triangles whose file has the places in the image.
+const FLOOR: &str = "mtllib floor.mtl\nv -3 -3 0\nv 3 -3 0\nv 3 3 0\nv -3 3 0\nvt -1 -1\nvt 2 -1\nvt 2 2\nvt -1 2\n\
+    usemtl tiles\nf 1/1 2/2 3/3 4/4\n";
+
+#[test]
+fn coordinates_of_a_mesh_file_place_the_image() {
+    let place = Place::scene(&format!("[[import]]\nfile = \"floor.obj\"\n{EYE}"));
+    for (name, bytes) in [
+        ("floor.obj", FLOOR.into()),
+        ("floor.mtl", "newmtl tiles\nKd 1 1 1\nmap_Kd squares.png\n".into()),
+        ("squares.png", squares(32)),
+    ] {
+        std::fs::write(place.path().join(name), bytes).unwrap();
+    }
+    let done = place.tatu(&["run", "scene.toml", "--steps", "2"]).good();
+    assert!(done.out.contains("all squares") || done.err.contains("all squares"), "{}", done.err);
+    // In a converted scene it is a PLY file with the places.
+    place.tatu(&["convert", "scene.toml", "again.toml"]).good();
+    let again = place.tatu(&["run", "again.toml", "--steps", "2"]).good();
+    assert!(again.out.contains("all squares") || again.err.contains("all squares"), "{}", again.err);
+    // A picture needs no scene.
+    place.tatu(&["look", "floor.obj", "-o", "floor.png"]).good();
+}
+
+#[test]
+fn pieces_of_a_mesh_file_have_their_colors() {
+    let place = Place::scene(
+        "[[import]]
+        file = \"two.obj\"
+        [[object]]
+        kind = \"shape\"
+        alias = \"one\"
+        primitive = \"mesh\"
+        mesh = \"two.obj\"
+        script = { text = '''
+        function sysCall_init()
+            local points, triangles = sim.getShapeMesh(sim.getObject('/one'))
+            assert(#points == 24 and #triangles == 12, #points .. ' ' .. #triangles)
+            print('two pieces')
+        end
+        ''' }",
+    );
+    let square = |x: i32| format!("v {x} 0 0\nv {0} 0 0\nv {0} 1 0\nv {x} 1 0\n", x + 1);
+    let faces = "usemtl red\nf 1 2 3 4\nusemtl green\nf 5 6 7 8\n";
+    let text = format!("mtllib two.mtl\n{}{}{faces}", square(0), square(2));
+    std::fs::write(place.path().join("two.obj"), text).unwrap();
+    std::fs::write(place.path().join("two.mtl"), "newmtl red\nKd 1 0 0\nnewmtl green\nKd 0 1 0\n").unwrap();
+    let done = place.tatu(&["run", "scene.toml", "--steps", "1"]).good();
+    assert!(done.out.contains("two pieces") || done.err.contains("two pieces"), "{}", done.err);
+    place.tatu(&["convert", "scene.toml", "again.toml"]).good();
+    let again = place.read("again.toml");
+    assert!(again.contains("color = [1.0, 0.0, 0.0]") && again.contains("color = [0.0, 1.0, 0.0]"), "{again}");
+    std::fs::remove_file(place.path().join("two.mtl")).unwrap();
+    let done = place.tatu(&["look", "two.obj", "-o", "two.png"]).good();
+    assert!(done.err.contains("the materials in `two.mtl` are left out"), "{}", done.err);
+}
+
+/// Three spots above the squares blue, white, blue.
+#[test]
+fn beams_that_report_colors_see_the_image() {
+    let spots = "
+        [[object]]
+        kind = \"sensor\"
+        alias = \"spots\"
+        sensor = \"floor\"
+        count = 3
+        pitch_m = 1.0
+        position_m = [0.5, -0.5, 0.01]
+        orientation_deg = [0.0, 180.0, 0.0]
+        script = { text = '''
+        function sysCall_sensing()
+            local v = tatu.read(sim.getObject('/spots')).value
+            print(string.format('spots %.2f %.2f %.2f', v[1], v[2], v[3]))
+        end
+        ''' }
+        ";
+    let place = place(&format!("{}{spots}", floor("")));
+    let done = place.tatu(&["run", "scene.toml", "--steps", "2"]).good();
+    assert!(format!("{}{}", done.out, done.err).contains("spots 0.33 1.00 0.33"), "{} {}", done.out, done.err);
+}
+
 #[test]
 fn what_is_wrong_with_a_texture_is_told() {
     let refused = |texture: &str| {
@@ -107,7 +190,7 @@ fn what_is_wrong_with_a_texture_is_told() {
         ("{ image = \"bad.png\" }", "cannot be read as an image"),
         ("{ image = \"../elsewhere.png\" }", "elsewhere.png"),
         ("{ mapping = \"box\" }", "`image` must be"),
-        ("{ image = \"squares.png\", mapping = \"cube\" }", "one of plane, cylinder, sphere, box"),
+        ("{ image = \"squares.png\", mapping = \"cube\" }", "one of plane, cylinder, sphere, box, mesh"),
         ("{ image = \"squares.png\", size_m = [0, 1] }", "`size` must be"),
         ("{ image = \"squares.png\", sise_m = [1, 1] }", "size_m"),
         ("{ image = 7 }", "image 7, but the last image is 0"),

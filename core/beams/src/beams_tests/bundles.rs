@@ -132,7 +132,7 @@ fn terrain(dice: &mut Dice) -> Form {
             triangles.extend([[a, a + n + 1, a + n + 2], [a, a + n + 2, a + 1]]);
         }
     }
-    Form::Mesh { mesh: Arc::new(Mesh { vertices, triangles }), convex: false }
+    Form::Mesh { mesh: Arc::new(Mesh { vertices, triangles, ..Default::default() }), convex: false }
 }
 
 fn random_scene(dice: &mut Dice, targets: usize, size: f64) -> BeamScene {

@@ -73,7 +73,10 @@ fn cast_on(form: Form, pose: Isometry3<f64>, beam: &Beam) -> Hit {
 }
 
 fn mesh(vertices: Vec<Point3<f64>>, triangles: Vec<[u32; 3]>) -> Form {
-    Form::Mesh { mesh: std::sync::Arc::new(tatu_geometry::Mesh { vertices, triangles }), convex: false }
+    Form::Mesh {
+        mesh: std::sync::Arc::new(tatu_geometry::Mesh { vertices, triangles, ..Default::default() }),
+        convex: false,
+    }
 }
 
 /// Returns roughly how far a point is outside a solid form; 0 on its surface.

@@ -130,6 +130,7 @@ proptest! {
                 mesh: Arc::new(Mesh {
                     vertices: vec![corner(0), corner(3), corner(6), corner(9)],
                     triangles: vec![[0, 1, 2], [1, 2, 3], [0, 0, 1], [0, 1, 9]],
+                    ..Default::default()
                 }),
                 convex: false,
             },

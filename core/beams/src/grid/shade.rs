@@ -195,7 +195,8 @@ impl<'a> Shader<'a> {
     fn color(&self, seen: &Seen<'_>, column: usize, row: usize, depth: f32, normal: &Vector3<f32>) -> [f32; 3] {
         let Some(texture) = &seen.target.texture else { return seen.target.color };
         let normal = seen.view_from_form.rotation.transpose() * normal.map(f64::from);
-        texture.color(&self.local(seen, column, row, depth).into(), &normal, seen.target.color)
+        let surface = (&seen.target.form, seen.primitive);
+        texture.color(surface, &self.local(seen, column, row, depth).into(), &normal, seen.target.color)
     }
 
     /// Returns the outward normal at a pixel, in the view frame.

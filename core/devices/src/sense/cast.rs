@@ -1,9 +1,10 @@
 //! Beams of a batch: those of all its sensors are cast in one pass, with the results in arrays that the plugin reads.
 
 use ::tatu_beams::{Beam, BeamScene, BundleCast, BundleHits, Faces, Hit, Volume};
-use nalgebra::{Isometry3, Vector3};
+use nalgebra::{Isometry3, Point3, Vector3};
+use tatu_geometry::Part;
 use tatu_plugin_api::abi::*;
-use tatu_scene::Scene;
+use tatu_scene::{Scene, visible_parts};
 
 use super::{
     Targets,
@@ -16,6 +17,8 @@ use super::{
 pub(super) struct Casts {
     /// Index of each sensor's first beam, and the total number of beams at the end.
     pub first: Vec<u64>,
+    /// Pose of each sensor.
+    views: Vec<Isometry3<f64>>,
     pub distance: Vec<f64>,
     pub point: Vec<[f64; 3]>,
     pub normal: Vec<[f64; 3]>,
@@ -88,6 +91,7 @@ impl Casts {
     pub fn clear(&mut self) {
         self.first.clear();
         self.first.push(0);
+        self.views.clear();
         self.distance.clear();
         self.point.clear();
         self.normal.clear();
@@ -109,6 +113,7 @@ impl Casts {
     pub fn add(&mut self, plan: &BeamPlan, look: SensorView) {
         let begin = self.first.last().copied().unwrap_or(0);
         self.first.push(begin + plan.directions.len() as u64);
+        self.views.push(look.world_from_sensor);
         if plan.aimed {
             return;
         }
@@ -173,16 +178,28 @@ impl Casts {
         let n = self.first.last().copied().unwrap_or(0) as usize;
         let sized = |flags: u32| if inputs & flags != 0 { n } else { 0 };
         self.distance.resize(sized(TATU_IN_DISTANCE), f64::INFINITY);
-        self.point.resize(sized(TATU_IN_POINT), [0.0; 3]);
-        self.normal.resize(sized(TATU_IN_NORMAL), [0.0; 3]);
+        // The colour of a surface with an image depends on all of them.
+        self.point.resize(sized(TATU_IN_POINT | TATU_IN_COLOR), [0.0; 3]);
+        self.normal.resize(sized(TATU_IN_NORMAL | TATU_IN_COLOR), [0.0; 3]);
         self.object.resize(sized(TATU_IN_OBJECT | TATU_IN_COLOR), 0);
-        self.primitive.resize(sized(TATU_IN_PRIMITIVE), 0);
+        self.primitive.resize(sized(TATU_IN_PRIMITIVE | TATU_IN_COLOR), 0);
         for set in 0..self.singles.len() {
             self.cast_singles(set, targets, pool);
         }
         self.fans(targets, plan, pool);
         if inputs & TATU_IN_COLOR != 0 {
-            self.color.extend(self.object.iter().map(|o| surface_color(scene, *o)));
+            self.colors(scene);
+        }
+    }
+
+    /// Fills the colours of the surfaces that were hit.
+    fn colors(&mut self, scene: &Scene) {
+        for (sensor, world_from_sensor) in self.views.iter().enumerate() {
+            for i in self.first[sensor] as usize..self.first[sensor + 1] as usize {
+                let point = world_from_sensor * Point3::from(self.point[i]);
+                let normal = world_from_sensor * Vector3::from(self.normal[i]);
+                self.color.push(surface_color(scene, self.object[i], self.primitive[i], &point, &normal));
+            }
         }
     }
 
@@ -295,9 +312,25 @@ fn cut<'a, T>(rest: &mut &'a mut [T], skip: usize, n: usize) -> &'a mut [T] {
     part
 }
 
-/// Returns the colour of the surface that was hit; black if nothing was hit.
-fn surface_color(scene: &Scene, object: tatu_object) -> [u8; 3] {
-    let met = (object != 0).then(|| scene.get(tatu_slot(object))).flatten();
-    let color = met.and_then(|o| o.shape()).map_or([0.0; 3], |s| s.color);
+/// Returns the colour of the surface that was hit at a point of the world; black if nothing was hit. A compound has one
+/// colour.
+fn surface_color(
+    scene: &Scene,
+    object: tatu_object,
+    primitive: u32,
+    point: &Point3<f64>,
+    normal: &Vector3<f64>,
+) -> [u8; 3] {
+    let slot = tatu_slot(object);
+    let met = (object != 0).then(|| scene.get(slot)).flatten();
+    let Some(shape) = met.and_then(|o| o.shape()) else { return [0; 3] };
+    let mut color = shape.color;
+    if shape.texture.is_some()
+        && let [Part { texture: Some(texture), form, .. }] = visible_parts(shape).as_slice()
+    {
+        let world = scene.world(slot);
+        let (point, normal) = (world.inverse_transform_point(point), world.inverse_transform_vector(normal));
+        color = texture.color((form, primitive), &point, &normal, color.map(|c| c as f32)).map(f64::from);
+    }
     color.map(|c| (c.clamp(0.0, 1.0) * 255.0).round() as u8)
 }

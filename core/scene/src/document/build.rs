@@ -338,6 +338,11 @@ impl<'a> Builder<'a> {
         if mesh.vertices.iter().any(|v: &Point3<f64>| !v.coords.iter().all(|x| x.is_finite())) {
             return Err(Error::new("E102", "a point of a mesh is not finite"));
         }
+        let coordinates = &mesh.coordinates;
+        if !coordinates.is_empty() && (coordinates.len() != n || !coordinates.iter().flatten().all(|x| x.is_finite())) {
+            let text = format!("a mesh has {} coordinates of images for {n} points", coordinates.len());
+            return Err(Error::new("E102", text).expected("two finite numbers for each point, or none"));
+        }
         if let Some(i) = self.document.meshes.iter().position(|m| **m == mesh) {
             return Ok(i + 1);
         }

@@ -169,6 +169,7 @@ pub(super) fn run(
         describe: builder_describes.then_some(describe),
         model: of.map_or(std::ptr::null(), |m| m.given),
         scene: Some(scene),
+        textured_mesh: Some(textured_mesh),
     };
     let mut slot = ErrorSlot::new();
     // SAFETY: `slot` is the host's own error object, which lives until the call has returned.
@@ -244,6 +245,18 @@ unsafe extern "C" fn mesh(
     triangles: *const u32,
     n_triangles: u64,
 ) -> u64 {
+    // SAFETY: the caller keeps the rules for points and triangles; without coordinates there are none to keep.
+    unsafe { textured_mesh(t, points, std::ptr::null(), n_points, triangles, n_triangles) }
+}
+
+unsafe extern "C" fn textured_mesh(
+    t: Option<&tatu_builder>,
+    points: *const f64,
+    coordinates: *const f32,
+    n_points: u64,
+    triangles: *const u32,
+    n_triangles: u64,
+) -> u64 {
     if points.is_null() || triangles.is_null() {
         let lacks = if points.is_null() { "points" } else { "triangles" };
         let text = format!("a mesh of {n_points} points and {n_triangles} triangles has no {lacks}: null was given");
@@ -258,7 +271,13 @@ unsafe extern "C" fn mesh(
             std::slice::from_raw_parts(triangles.cast::<[u32; 3]>(), n_triangles as usize),
         )
     };
-    let mesh = Mesh { vertices: points.iter().map(|p| Point3::from(*p)).collect(), triangles: triangles.to_vec() };
+    let coordinates = match coordinates.is_null() {
+        true => Vec::new(),
+        // SAFETY: the pointer is not null, and the header requires 2 numbers per point, valid during the call.
+        false => unsafe { std::slice::from_raw_parts(coordinates.cast::<[f32; 2]>(), points.len()) }.to_vec(),
+    };
+    let vertices = points.iter().map(|p| Point3::from(*p)).collect();
+    let mesh = Mesh { vertices, triangles: triangles.to_vec(), coordinates };
     with(t, |_, b| b.mesh(mesh)).unwrap_or(0) as u64
 }
 

@@ -126,10 +126,14 @@ fn get_shape(s: &Shape, row: Row) -> Option<Value> {
         Row::Surface => {
             let empty = Mesh::default();
             let mesh = s.mesh.as_deref().unwrap_or(&empty);
-            Value::List(vec![
+            let mut lists = vec![
                 Value::Floats(mesh.vertices.iter().flat_map(|p| [p.x, p.y, p.z]).collect()),
                 Value::Ints(mesh.triangles.iter().flatten().map(|i| i64::from(*i)).collect()),
-            ])
+            ];
+            if !mesh.coordinates.is_empty() {
+                lists.push(Value::Floats(mesh.coordinates.iter().flatten().map(|x| f64::from(*x)).collect()));
+            }
+            Value::List(lists)
         }
         Row::Com => Value::Floats(s.com.iter().copied().collect()),
         Row::Dynamic => Value::Bool(s.dynamic),

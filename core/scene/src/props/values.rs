@@ -13,7 +13,7 @@ use super::{
 };
 use crate::texture::ShapeTexture;
 
-/// Builds a mesh from a list of coordinates and a list of vertex indices.
+/// Builds a mesh from lists: coordinates of points, indices of points, and for images the coordinates in them.
 pub fn surface(lists: &[Value]) -> Result<Mesh, Refusal> {
     let numbers = |v: Option<&Value>| -> Option<Vec<f64>> {
         match v? {
@@ -39,7 +39,18 @@ pub fn surface(lists: &[Value]) -> Result<Mesh, Refusal> {
             format!("a triangle refers to a point that is not among the {count}, counted from 0"),
         );
     }
+    let coordinates = match lists.get(2) {
+        None => Vec::new(),
+        given => numbers(given).unwrap_or_default(),
+    };
+    if lists.len() > 2 && (coordinates.len() != 2 * count || !coordinates.iter().all(|x| x.is_finite())) {
+        return refuse(
+            TATU_ERR_ARGUMENT,
+            format!("coordinates of a surface must be two finite numbers for each of its {count} points"),
+        );
+    }
     Ok(Mesh {
+        coordinates: coordinates.chunks_exact(2).map(|c| [c[0] as f32, c[1] as f32]).collect(),
         vertices: points.chunks_exact(3).map(|p| Point3::new(p[0], p[1], p[2])).collect(),
         triangles: places.chunks_exact(3).map(|t| [t[0] as u32, t[1] as u32, t[2] as u32]).collect(),
     })

@@ -1,6 +1,6 @@
 //! Data for views: the declared properties of an object, the visible parts of a shape, sources of scripts.
 
-use tatu_geometry::{Form, Texture};
+use tatu_geometry::{Form, Mapping, Texture};
 use tatu_plugin_api::{abi::*, safe::Value};
 use tatu_plugins::Declared;
 use tatu_scene::{
@@ -117,6 +117,11 @@ fn nth_part(world: &WorldCell, object: tatu_object, index: usize) -> Result<Opti
         let triangles = mesh.triangles.iter().flatten().map(|i| i64::from(*i)).collect();
         entries.push((Value::text("points"), Value::Floats(points)));
         entries.push((Value::text("triangles"), Value::Ints(triangles)));
+        let mapped = part.texture.as_ref().is_some_and(|t| t.projection.mapping == Mapping::Mesh);
+        if mapped && !mesh.coordinates.is_empty() {
+            let coordinates = mesh.coordinates.iter().flatten().map(|x| f64::from(*x)).collect();
+            entries.push((Value::text("coordinates"), Value::Floats(coordinates)));
+        }
     }
     if let Some(texture) = &part.texture {
         entries.push((Value::text("texture"), texture_of(texture)));

@@ -23,6 +23,9 @@ pub fn fingerprint(document: &Document) -> u64 {
     for mesh in &document.meshes {
         put(format!("{:?}", mesh.triangles));
         put(format!("{:?}", mesh.vertices));
+        if !mesh.coordinates.is_empty() {
+            put(format!("{:?}", mesh.coordinates));
+        }
     }
     for image in &document.images {
         h.update(&image.columns().to_le_bytes());

@@ -75,6 +75,29 @@ impl<'a> Builder<'a> {
             id => Ok(id as i64),
         }
     }
+    /// Adds a triangle mesh with the place of each point in an image, 0 to 1 to the right and up, for textures whose
+    /// mapping is "mesh". Without coordinates, or in a host that only projects images, it is a mesh as any other.
+    pub fn textured_mesh(&self, points: &[[f64; 3]], coordinates: &[[f32; 2]], triangles: &[[u32; 3]]) -> Result<i64> {
+        let end = std::mem::offset_of!(tatu_builder, textured_mesh) + size_of::<usize>();
+        let known = !coordinates.is_empty() && self.raw.size as usize >= end;
+        let Some(add) = self.raw.textured_mesh.filter(|_| known) else {
+            return self.mesh(points, triangles);
+        };
+        let (n, m) = (points.len() as u64, triangles.len() as u64);
+        if coordinates.len() != points.len() {
+            return Err(Fail::argument(format!(
+                "a mesh has {} coordinates of images for {n} points",
+                coordinates.len()
+            )));
+        }
+        let (points, triangles) = (points.as_ptr().cast(), triangles.as_ptr().cast());
+        // SAFETY: the pointers and counts are those of the slices, with 3 numbers per point and triangle, and 2 per
+        // coordinate.
+        match unsafe { add(Some(self.raw), points, coordinates.as_ptr().cast(), n, triangles, m) } {
+            0 => Err(Fail::new(format!("the host refused a mesh of {n} points and {m} triangles"))),
+            id => Ok(id as i64),
+        }
+    }
     /// Adds an image of 4 bytes per pixel, top row first; returns its number for the property "texture" of shapes.
     pub fn image(&self, rgba: &[u8], columns: u32, rows: u32) -> Result<i64> {
         let refused = || Fail::new(format!("the host refused an image of {columns} x {rows} pixels"));

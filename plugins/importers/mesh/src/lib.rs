@@ -1,8 +1,8 @@
-//! Importer for mesh files: Wavefront OBJ, STL and PLY. `read` parses them; this file makes a shape of the mesh.
+//! Importer for mesh files: Wavefront OBJ, STL, PLY, COLLADA and glTF. It makes a shape of the file.
 
-mod read;
-
+use tatu_importers_common::{SUFFIXES, Shapes, read};
 use tatu_plugin_api::{
+    abi::TATU_REPORT_WARNING,
     safe::{Builder, Fail, Host, Importer, Offer, Param, Params, Plugin, Result},
     tatu_plugin,
 };
@@ -25,34 +25,41 @@ pub struct MeshFile;
 impl Importer for MeshFile {
     type Plugin = MeshFiles;
     const ID: &'static str = "mesh";
-    const TEXT: &'static str = "A mesh in an OBJ, STL or PLY file, as a static shape.";
-    const SUFFIXES: &'static [&'static str] = &[".obj", ".stl", ".ply"];
+    const TEXT: &'static str = "A mesh in an OBJ, STL, PLY, COLLADA or glTF file, as a static shape.";
+    const SUFFIXES: &'static [&'static str] = SUFFIXES;
 
     fn params() -> Vec<Param> {
         vec![
             Param::float("scale")
                 .range(1e-9, 1e9)
                 .default(1.0)
-                .text("Factor for the numbers of the file: 0.001 for mm."),
+                .text("Factor for the numbers of the file: 0.001 for mm. COLLADA files tell their unit."),
             Param::bool("respondable").default(false).text("Whether it collides."),
+            Param::bool("materials").default(true).text("Whether it has the colors and images of the file."),
         ]
     }
 
     fn sniff(head: &[u8]) -> u32 {
         // OBJ and STL files have no magic number: they are recognized by their suffix.
-        if head.starts_with(b"ply\n") || head.starts_with(b"ply\r\n") { 80 } else { 0 }
+        let magic: [&[u8]; 3] = [b"ply\n", b"ply\r\n", b"glTF"];
+        if magic.iter().any(|m| head.starts_with(m)) { 80 } else { 0 }
     }
 
     fn load(bytes: &[u8], builder: &Builder<'_>, params: &Params<'_>) -> Result {
-        let mut mesh = read::mesh(bytes).map_err(Fail::argument)?;
+        let files = |name: &str| builder.file(name).map(<[u8]>::to_vec);
+        let mut read = read("", bytes, &files).map_err(Fail::argument)?;
+        read.model.stand();
         let scale = params.f64("scale")?;
         // A scale of 1 leaves every bit unchanged.
-        mesh.points.iter_mut().flatten().for_each(|x| *x *= scale);
-        let number = builder.mesh(&mesh.points, &mesh.triangles)?;
+        let points = read.model.pieces.iter_mut().flat_map(|p| &mut p.points);
+        points.flatten().for_each(|x| *x *= scale);
         let node = builder.object("shape", None, "mesh")?;
-        node.set("shape.primitive", "mesh")?.set("shape.mesh", number)?;
+        Shapes::default().shape(builder, node, &read.model.pieces, params.bool("materials")?)?;
         if params.bool("respondable")? {
             node.set("shape.respondable", true)?;
+        }
+        for note in &read.notes {
+            builder.report(TATU_REPORT_WARNING, Some(node), note);
         }
         Ok(())
     }

@@ -4,6 +4,7 @@
 //! without visuals shows its collision geometry.
 
 use nalgebra::{Isometry3, Vector3};
+use tatu_importers_common::merged;
 use tatu_plugin_api::{
     abi::{TATU_REPORT_NOTE, TATU_REPORT_WARNING},
     safe::{Builder, Fail, Node, Params, Result, Value},
@@ -42,6 +43,9 @@ impl Settings {
         })
     }
 }
+
+/// A geometry, the alias of its object, and the color that the file gives it.
+type Named = (Solid, String, Option<[f64; 3]>);
 
 /// State shared by the functions that build a body.
 struct Work<'w, 'b> {
@@ -197,7 +201,7 @@ impl<'b> Work<'_, 'b> {
         }
         for (solid, alias_, color) in &seen {
             let look = builder.object("shape", Some(node), alias_)?;
-            solid.shape(builder, look)?.set("shape.color", *color)?;
+            solid.shape(builder, look, *color, &mut self.meshes)?;
         }
         for (link, frame) in body.links.iter().skip(usize::from(!root)) {
             place(builder.object("dummy", Some(node), &alias(&robot.links[*link].name))?, frame)?;
@@ -205,8 +209,8 @@ impl<'b> Work<'_, 'b> {
         Ok(node)
     }
 
-    /// Returns the collision geometry or the visuals of a body, each with a name and a color.
-    fn solids(&mut self, body: &Body, node: Node<'b>, seen: bool) -> Result<Vec<(Solid, String, [f64; 3])>> {
+    /// Returns the collision geometry or the visuals of a body, each with a name and the color that the file gives it.
+    fn solids(&mut self, body: &Body, node: Node<'b>, seen: bool) -> Result<Vec<Named>> {
         let mut out = Vec::new();
         for (link, frame) in &body.links {
             let (link, line) = (&self.robot.links[*link], self.outline.links[*link].line);
@@ -214,7 +218,7 @@ impl<'b> Work<'_, 'b> {
             for i in 0..count {
                 let (origin, geometry, color): (_, &Geometry, _) = match seen {
                     true => (&link.visual[i].origin, &link.visual[i].geometry, self.color(&link.visual[i])),
-                    false => (&link.collision[i].origin, &link.collision[i].geometry, [0.7; 3]),
+                    false => (&link.collision[i].origin, &link.collision[i].geometry, None),
                 };
                 let what = format!("{role} of the link `{}`", link.name);
                 let at = frame * pose(origin, &what, line)?;
@@ -226,28 +230,31 @@ impl<'b> Work<'_, 'b> {
                     }
                     Err(why) => self.builder.report(TATU_REPORT_WARNING, Some(node), &format!("{what}: {why}")),
                 }
+                for note in self.meshes.notes.drain(..) {
+                    self.builder.report(TATU_REPORT_WARNING, Some(node), &note);
+                }
             }
         }
         Ok(out)
     }
 
     /// Returns the visual's own color, or that of the robot's material of the same name.
-    fn color(&self, visual: &urdf_rs::Visual) -> [f64; 3] {
-        let Some(material) = &visual.material else { return [0.7; 3] };
+    fn color(&self, visual: &urdf_rs::Visual) -> Option<[f64; 3]> {
+        let material = visual.material.as_ref()?;
         let named = || self.robot.materials.iter().find(|m| m.name == material.name).and_then(|m| m.color.as_ref());
-        let Some(color) = material.color.as_ref().or_else(named) else { return [0.7; 3] };
-        [0, 1, 2].map(|i| color.rgba[i].clamp(0.0, 1.0)).map(|x| if x.is_nan() { 0.7 } else { x })
+        let color = material.color.as_ref().or_else(named)?;
+        Some([0, 1, 2].map(|i| color.rgba[i].clamp(0.0, 1.0)).map(|x| if x.is_nan() { 0.7 } else { x }))
     }
 
-    fn collide(&self, body: &Body, node: Node<'b>, solids: &[(Solid, String, [f64; 3])]) -> Result {
+    fn collide(&self, body: &Body, node: Node<'b>, solids: &[Named]) -> Result {
         node.set("shape.respondable", true)?
             .set("shape.respondable_mask", MASK)?
             .set("shape.friction", self.settings.friction)?;
-        if let [(Solid { pose, form: Form::Mesh(mesh) }, ..)] = solids {
+        if let [(Solid { pose, form: Form::Mesh(pieces) }, ..)] = solids {
             // A mesh that is the only form is used as its convex hull: a hollow mesh has no inside from which bodies
             // are pushed out.
-            let mesh = mesh.moved([1.0; 3], pose);
-            let number = self.builder.mesh(&mesh.points, &mesh.triangles)?;
+            let (points, triangles) = merged(&pieces.iter().map(|p| p.moved([1.0; 3], pose)).collect::<Vec<_>>());
+            let number = self.builder.mesh(&points, &triangles)?;
             node.set("shape.primitive", "mesh")?.set("shape.mesh", number)?.set("shape.convex", true)?;
             return Ok(());
         }

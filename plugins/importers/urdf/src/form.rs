@@ -1,15 +1,13 @@
 //! Converts URDF geometries to shapes.
 
-use std::collections::BTreeMap;
+use std::{collections::BTreeMap, rc::Rc};
 
-use nalgebra::{Isometry3, Point3, Rotation3, Vector3};
+use nalgebra::{Isometry3, Rotation3, Vector3};
+use tatu_importers_common::{Piece, Shapes};
 use tatu_plugin_api::safe::{Builder, Fail, Node, Result, Value};
 use urdf_rs::Geometry;
 
-use crate::{
-    mesh::{self, Mesh},
-    tree::finite,
-};
+use crate::{mesh, tree::finite};
 
 /// A validated geometry, placed in the frame of a body.
 #[derive(Debug, Clone)]
@@ -24,12 +22,17 @@ pub struct Solid {
 #[derive(Debug, Clone)]
 pub enum Form {
     Primitive(&'static str, [f64; 3]),
-    Mesh(std::rc::Rc<Mesh>),
+    Mesh(Rc<[Piece]>),
 }
 
-/// Cache of meshes by name and scale, so that each file is read once.
+/// Meshes by name and scale, so that each file is read once.
 #[derive(Default)]
-pub struct Meshes(BTreeMap<(String, [u64; 3]), Result<std::rc::Rc<Mesh>, String>>);
+pub struct Meshes {
+    known: BTreeMap<(String, [u64; 3]), Result<Rc<[Piece]>, String>>,
+    shapes: Shapes,
+    /// What was left out of meshes.
+    pub notes: Vec<String>,
+}
 
 impl Solid {
     /// Validates a geometry. Returns `Ok(Err)` with the reason for a mesh that cannot be read.
@@ -98,15 +101,18 @@ impl Solid {
         ])
     }
 
-    /// Makes `node` a shape of this geometry, placed at its pose.
-    pub fn shape<'a>(&self, builder: &Builder<'a>, node: Node<'a>) -> Result<Node<'a>> {
-        let node = place(node, &self.pose)?;
+    /// Makes `node` a shape of this geometry, placed at its pose; without a color, a mesh has its own materials.
+    pub fn shape<'a>(
+        &self,
+        builder: &Builder<'a>,
+        node: Node<'a>,
+        color: Option<[f64; 3]>,
+        meshes: &mut Meshes,
+    ) -> Result<Node<'a>> {
+        let node = place(node, &self.pose)?.set("shape.color", color.unwrap_or([0.7; 3]))?;
         match &self.form {
             Form::Primitive(p, size) => node.set("shape.primitive", *p)?.set("shape.size", *size),
-            Form::Mesh(mesh) => {
-                let number = builder.mesh(&mesh.points, &mesh.triangles)?;
-                node.set("shape.primitive", "mesh")?.set("shape.mesh", number)
-            }
+            Form::Mesh(pieces) => meshes.shapes.shape(builder, node, pieces, color.is_none()),
         }
     }
 }
@@ -130,28 +136,13 @@ fn euler(pose: &Isometry3<f64>) -> [f64; 3] {
 }
 
 /// Returns the centre and size of a mesh's bounding box; no side is zero.
-fn bounds(mesh: &Mesh) -> (Vector3<f64>, [f64; 3]) {
+fn bounds(pieces: &[Piece]) -> (Vector3<f64>, [f64; 3]) {
     let (mut low, mut high) = (Vector3::repeat(f64::MAX), Vector3::repeat(f64::MIN));
-    for p in &mesh.points {
+    for p in pieces.iter().flat_map(|p| &p.points) {
         low = low.inf(&Vector3::from(*p));
         high = high.sup(&Vector3::from(*p));
     }
     ((low + high) / 2.0, <[f64; 3]>::from((high - low).map(|x| x.max(1e-4))))
-}
-
-impl Mesh {
-    /// Returns the mesh scaled, then transformed.
-    pub fn moved(&self, scale: [f64; 3], pose: &Isometry3<f64>) -> Mesh {
-        let scale = Vector3::from(scale);
-        let point = |p: &[f64; 3]| (pose * Point3::from(Vector3::from(*p).component_mul(&scale))).coords.into();
-        // Mirroring turns triangles inside out; reversing the order of their vertices corrects that.
-        let mirrored = scale.product() < 0.0;
-        let triangle = |t: &[u32; 3]| if mirrored { [t[0], t[2], t[1]] } else { *t };
-        Mesh {
-            points: self.points.iter().map(point).collect(),
-            triangles: self.triangles.iter().map(triangle).collect(),
-        }
-    }
 }
 
 impl Meshes {
@@ -160,11 +151,17 @@ impl Meshes {
         name: &str,
         scale: [f64; 3],
         (builder, package_root): (&Builder<'_>, &str),
-    ) -> Result<std::rc::Rc<Mesh>, String> {
+    ) -> Result<Rc<[Piece]>, String> {
         let key = (name.to_owned(), scale.map(f64::to_bits));
-        let known = self.0.entry(key).or_insert_with(|| {
-            let mesh = mesh::find(builder, name, package_root)?;
-            Ok(std::rc::Rc::new(if scale == [1.0; 3] { mesh } else { mesh.moved(scale, &Isometry3::identity()) }))
+        let known = self.known.entry(key).or_insert_with(|| {
+            // The axis that a file calls up is ignored, as in RViz and Gazebo.
+            let read = mesh::find(builder, name, package_root)?;
+            self.notes.extend(read.notes.iter().map(|note| format!("the mesh `{name}`: {note}")));
+            let mut pieces = read.model.pieces;
+            if scale != [1.0; 3] {
+                pieces.iter_mut().for_each(|p| *p = p.moved(scale, &Isometry3::identity()));
+            }
+            Ok(pieces.into())
         });
         known.clone()
     }
@@ -189,17 +186,5 @@ mod tests {
             let back = turn(Vector3::x(), a) * turn(Vector3::y(), b) * turn(Vector3::z(), c);
             assert!(back.angle_to(&q) < 1e-6, "{r} {p} {y}: {}", back.angle_to(&q));
         }
-    }
-
-    #[test]
-    fn a_mirrored_mesh_keeps_its_outside() {
-        let mesh = Mesh { points: vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]], triangles: vec![[0, 1, 2]] };
-        let normal = |m: &Mesh| {
-            let p = |i: u32| Vector3::from(m.points[i as usize]);
-            let [a, b, c] = m.triangles[0];
-            (p(b) - p(a)).cross(&(p(c) - p(a)))
-        };
-        assert!(normal(&mesh.moved([-1.0, 1.0, 1.0], &Isometry3::identity())).z > 0.0);
-        assert!(normal(&mesh.moved([2.0, 1.0, 1.0], &Isometry3::identity())).z > 0.0);
     }
 }

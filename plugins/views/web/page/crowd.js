@@ -3,6 +3,7 @@
 // nobody could see not at all.
 
 import * as THREE from "three";
+import { lit } from "tatu/light";
 
 /** @import { Joint } from "tatu/protocol" */
 
@@ -38,7 +39,7 @@ const [product, frustum, sphere] = [new THREE.Matrix4(), new THREE.Frustum(), ne
  * @param {THREE.MeshLambertMaterial} material
  */
 function plain(material) {
-  return new THREE.MeshLambertMaterial({ color: material.color, flatShading: true });
+  return lit({ color: material.color, flatShading: true }, true);
 }
 
 /**

@@ -3,6 +3,7 @@
 
 import * as THREE from "three";
 import { get } from "tatu/dom";
+import { lit } from "tatu/light";
 import { plot } from "tatu/plot";
 import { on } from "tatu/net";
 import { selected } from "tatu/store";
@@ -39,7 +40,7 @@ function drawing(d) {
     return new THREE.Points(new THREE.BufferGeometry().setFromPoints(points.map((p) => at(p))), material);
   }
   const shape = form.startsWith("cube") ? new THREE.BoxGeometry(1, 1, 1) : new THREE.SphereGeometry(0.5, 12, 8);
-  const mesh = new THREE.InstancedMesh(shape, new THREE.MeshLambertMaterial({ color }), points.length);
+  const mesh = new THREE.InstancedMesh(shape, lit({ color }), points.length);
   const size = d.size || 0.02;
   points.forEach((p, i) => mesh.setMatrixAt(i, new THREE.Matrix4().makeScale(size, size, size).setPosition(at(p))));
   return mesh;

@@ -3,10 +3,12 @@
 
 import { get } from "tatu/dom";
 import { say, tell } from "tatu/film_net";
+import { icon } from "tatu/icons";
 import { entryLength } from "tatu/parse";
 import "tatu/tree";
 import "tatu/output";
 import "tatu/view";
+import "tatu/looking";
 import "tatu/sensing";
 import "tatu/volumes";
 import "tatu/drawings";
@@ -178,7 +180,7 @@ let playing = null;
 function play(on) {
   if (on && now >= end) seek(0);
   playing = on ? { clock: performance.now(), from: now } : null;
-  get("play").textContent = on ? "\u275A\u275A" : "\u25B6";
+  get("play").replaceChildren(icon(on ? "pause" : "play"));
   get("play").setAttribute("aria-label", on ? "Pause" : "Play");
   if (on) requestAnimationFrame(go);
 }

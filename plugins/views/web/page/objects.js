@@ -4,6 +4,7 @@
 import * as THREE from "three";
 import { MANY, gather, hang, isLarge, scatter } from "tatu/crowd";
 import { get } from "tatu/dom";
+import { lit } from "tatu/light";
 import { on } from "tatu/net";
 import { eachEntry, mesh as readMesh } from "tatu/parse";
 import { scene, selection, under, watch } from "tatu/store";
@@ -23,14 +24,15 @@ export const groups = new Map();
 const meshes = new Map();
 /** @type {Map<string, THREE.MeshLambertMaterial>} */
 const materials = new Map();
-const PLANE = 40;
+const PLANE = 4000;
 const UP = new THREE.Vector3(0, 0, 1);
 
 on("mesh", (view) => {
-  const { sum, points, triangles } = readMesh(view);
+  const { sum, points, triangles, coordinates } = readMesh(view);
   if (meshes.has(sum)) return;
   let geometry = new THREE.BufferGeometry();
   geometry.setAttribute("position", new THREE.BufferAttribute(points, 3));
+  if (coordinates) geometry.setAttribute("uv", new THREE.BufferAttribute(coordinates, 2));
   geometry.setIndex(new THREE.BufferAttribute(triangles, 1));
   // Flat faces and sharp edges: what is drawn is what is there.
   geometry = geometry.toNonIndexed();
@@ -57,7 +59,7 @@ function material(color) {
   let found = materials.get(key);
   if (!found) {
     const linear = new THREE.Color().setRGB(...color, THREE.SRGBColorSpace);
-    found = new THREE.MeshLambertMaterial({ color: linear, side: THREE.DoubleSide });
+    found = lit({ color: linear, side: THREE.DoubleSide });
     materials.set(key, found);
   }
   return found;

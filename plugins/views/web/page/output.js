@@ -1,8 +1,10 @@
 // @ts-check
-// The status bar, and a tab for each console that scripts open.
+// The status line, which opens to all output: a tab for the status, and one for each console that scripts open.
 
 import { get, make } from "tatu/dom";
+import { icon } from "tatu/icons";
 import { on } from "tatu/net";
+import { select } from "tatu/store";
 
 const MOST = 1000;
 const tabs = get("tabs");
@@ -10,6 +12,28 @@ const output = get("output");
 /** @type {Map<string, HTMLElement[]>} */
 const pages = new Map();
 let open = "Status";
+const footer = get("footer");
+const more = get("more-output");
+const last = get("last-line");
+const OPEN = "tatu output";
+
+/** @param {boolean} is */
+function unfold(is) {
+  footer.classList.toggle("open", is);
+  more.setAttribute("aria-expanded", String(is));
+  more.replaceChildren(icon(is ? "down" : "up"));
+  localStorage.setItem(OPEN, is ? "1" : "");
+  output.scrollTop = output.scrollHeight;
+}
+more.onclick = () => unfold(!footer.classList.contains("open"));
+last.onclick = () => unfold(true);
+
+/** The newest line of what is open, in the one row that is always seen. */
+function lastLine() {
+  const newest = page(open).at(-1);
+  last.textContent = newest?.textContent ?? "";
+  last.className = newest?.className ?? "";
+}
 
 /** @param {string} name */
 function page(name) {
@@ -18,7 +42,7 @@ function page(name) {
   /** @type {HTMLElement[]} */
   const lines = [];
   pages.set(name, lines);
-  const b = make("button", { textContent: name, onclick: () => show(name) });
+  const b = make("button", { textContent: name, onclick: () => { show(name); unfold(true); } });
   b.setAttribute("role", "tab");
   tabs.append(b);
   mark();
@@ -38,6 +62,7 @@ function show(name) {
   mark();
   output.replaceChildren(...page(name));
   output.scrollTop = output.scrollHeight;
+  lastLine();
 }
 
 /** Empties all pages. */
@@ -51,9 +76,11 @@ export function clear() {
  * @param {string} name
  * @param {string} text
  * @param {string} [level]
+ * @param {number} [object] that it is about: a click selects it
  */
-export function line(name, text, level = "") {
-  const div = make("div", { className: level, textContent: text });
+export function line(name, text, level = "", object = 0) {
+  const div = make("div", { className: level, textContent: object ? "" : text });
+  if (object) div.append(make("button", { type: "button", textContent: text, onclick: () => select(object) }));
   const all = page(name);
   all.push(div);
   const bottom = output.scrollTop + output.clientHeight >= output.scrollHeight - 8;
@@ -61,11 +88,12 @@ export function line(name, text, level = "") {
   if (name === open) {
     output.append(div);
     if (bottom) output.scrollTop = output.scrollHeight;
+    lastLine();
   }
 }
 
 on("event", ({ name, payload }) => {
-  if (name === "message") line("Status", payload.text, payload.level);
+  if (name === "message") line("Status", payload.text, payload.level, payload.object ?? 0);
   else if (name === "console") {
     if (payload.clear) pages.set(payload.title, []);
     else line(payload.title, payload.text);
@@ -77,3 +105,4 @@ on("event", ({ name, payload }) => {
 on("again", clear);
 on("error", ({ error, help }) => line("Status", help ? `${error} (${help})` : error, "error"));
 page("Status");
+unfold(localStorage.getItem(OPEN) === "1");

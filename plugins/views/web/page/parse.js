@@ -81,19 +81,23 @@ export function eachEntry(view, f) {
 }
 
 /**
- * A mesh: its checksum, the numbers of its points, and the points of its triangles.
+ * A mesh: its checksum, the numbers of its points, the points of its triangles, and the places of its points in an image,
+ * if it has them.
  * @param {DataView} view
- * @returns {{ sum: string, points: Float32Array, triangles: Uint32Array }}
+ * @returns {{ sum: string, points: Float32Array, triangles: Uint32Array, coordinates: Float32Array | null }}
  */
 export function mesh(view) {
   const { buffer, byteOffset } = view;
   const sum = new TextDecoder().decode(new Uint8Array(buffer, byteOffset + 4, 16));
   const [points, triangles] = [view.getUint32(20, true), view.getUint32(24, true)];
   const from = byteOffset + 28;
+  const end = from + 12 * points + 12 * triangles;
+  const more = view.byteLength - (end - byteOffset) >= 8 * points;
   return {
     sum,
     points: new Float32Array(buffer.slice(from, from + 12 * points)),
-    triangles: new Uint32Array(buffer.slice(from + 12 * points, from + 12 * points + 12 * triangles)),
+    triangles: new Uint32Array(buffer.slice(from + 12 * points, end)),
+    coordinates: more && points > 0 ? new Float32Array(buffer.slice(end, end + 8 * points)) : null,
   };
 }
 

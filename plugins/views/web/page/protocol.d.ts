@@ -7,6 +7,23 @@
 export type Action = "start" | "pause" | "stop" | "step" | "quit";
 
 /**
+ * A body that forces move.
+ */
+export type BodyMark = { id: number,
+/**
+ * Its centre of mass, in its frame, m.
+ */
+com: [number, number, number],
+/**
+ * kg.
+ */
+mass: number,
+/**
+ * In the world, m/s.
+ */
+velocity: [number, number, number], };
+
+/**
  * A command, for completion.
  */
 export type Command = { name: string,
@@ -14,6 +31,23 @@ export type Command = { name: string,
  * Its parameters, joined by commas.
  */
 params: string, text: string, };
+
+/**
+ * A contact of the last step.
+ */
+export type ContactMark = {
+/**
+ * The two shapes.
+ */
+pair: [number, number],
+/**
+ * Where they touch, in the world, m.
+ */
+point: [number, number, number],
+/**
+ * The force on the second shape, N.
+ */
+force: [number, number, number], };
 
 /**
  * What a script draws.
@@ -35,7 +69,7 @@ export type FromPage = { "type": "run", action: Action, } | { "type": "speed", s
 /**
  * The folder to which it goes: the answer to `folder`.
  */
-folder?: string, } | { "type": "folder", id: number, name: string, } | { "type": "save_script", id: number, script: number, text: string, version: number, } | { "type": "open", id: number, file: string, } | { "type": "picture", scene: string, png: string, } | { "type": "call", id: number, name: string, args: Array<unknown>, } | { "type": "details", object: number, } | { "type": "script", script: number, } | { "type": "image", object: number, } | { "type": "graph", object: number, } | { "type": "commands", } | { "type": "files", };
+folder?: string, } | { "type": "folder", id: number, name: string, } | { "type": "save_script", id: number, script: number, text: string, version: number, } | { "type": "open", id: number, file: string, } | { "type": "picture", scene: string, png: string, } | { "type": "call", id: number, name: string, args: Array<unknown>, } | { "type": "details", object: number, } | { "type": "script", script: number, } | { "type": "image", object: number, } | { "type": "graph", object: number, } | { "type": "overlays", contacts: boolean, bodies: boolean, } | { "type": "commands", } | { "type": "files", };
 
 /**
  * How a joint moves.
@@ -277,7 +311,7 @@ file: string, on_disk: boolean,
 /**
  * When a program that ended unexpectedly wrote a copy of unsaved edits, Unix time in s.
  */
-recovery: number | null, } | { "type": "event", name: string, payload: any, } | { "type": "readings", readings: { [key in number]: Reading | null }, } | { "type": "drawings", drawings: Array<Drawing>, } | { "type": "streams", graph: number, streams: Array<Stream>, } | { "type": "details", object: number, rows: Array<Row>, } | { "type": "script", script: number, text: string, version: number, } | { "type": "commands", commands: Array<Command>, } | { "type": "files", files: Array<SceneFile>,
+recovery: number | null, } | { "type": "event", name: string, payload: any, } | { "type": "readings", readings: { [key in number]: Reading | null }, } | { "type": "drawings", drawings: Array<Drawing>, } | { "type": "streams", graph: number, streams: Array<Stream>, } | { "type": "overlays", contacts: Array<ContactMark>, bodies: Array<BodyMark>, } | { "type": "details", object: number, rows: Array<Row>, } | { "type": "script", script: number, text: string, version: number, } | { "type": "commands", commands: Array<Command>, } | { "type": "files", files: Array<SceneFile>,
 /**
  * The name of the working folder.
  */

@@ -6,7 +6,8 @@ import { known } from "tatu/edits";
 import { save, step } from "tatu/saving";
 import { selectAbove } from "tatu/selecting";
 import { renameSelected } from "tatu/treeing";
-import { fitSelection, host } from "tatu/view";
+import { fitSelection } from "tatu/looking";
+import { host } from "tatu/view";
 import { isPlacing } from "tatu/placing";
 
 /** Whether keys belong to a field, an editor or a dialog. */

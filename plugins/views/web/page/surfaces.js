@@ -2,6 +2,7 @@
 // Images on surfaces: each is projected onto a form as the simulation does it, by a place in the image for each corner.
 
 import * as THREE from "three";
+import { lit } from "tatu/light";
 import { on } from "tatu/net";
 import { texture as readTexture } from "tatu/parse";
 
@@ -50,7 +51,7 @@ function material(texture, color) {
   map.needsUpdate = true;
   const base = new THREE.Color(1, 1, 1);
   if (blend === "modulate") base.setRGB(...color, THREE.SRGBColorSpace);
-  const made = new THREE.MeshLambertMaterial({ color: base, map, side: THREE.DoubleSide });
+  const made = lit({ color: base, map, side: THREE.DoubleSide });
   materials.set(key, made);
   return made;
 }
@@ -85,7 +86,18 @@ export function placeOf({ mapping, size }, p, n) {
 export function clad(texture, color, form, scale) {
   const drawn = material(texture, color);
   if (!drawn) return null;
+  // A mesh without coordinates keeps its color.
+  if (texture.mapping === "mesh" && !form.getAttribute("uv")) return null;
   const geometry = form.index ? form.toNonIndexed() : form.clone();
+  if (texture.mapping === "mesh") {
+    const given = geometry.getAttribute("uv");
+    const [width, height] = texture.size;
+    const own = new Float32Array(2 * given.count);
+    // Rows of the image are stored from above.
+    for (let i = 0; i < given.count; i++) own.set([given.getX(i) / width, 1 - given.getY(i) / height], 2 * i);
+    geometry.setAttribute("uv", new THREE.BufferAttribute(own, 2));
+    return { geometry, material: drawn };
+  }
   const [points, normals] = [geometry.getAttribute("position"), geometry.getAttribute("normal")];
   const { size, pose } = texture;
   const back = new THREE.Quaternion().fromArray(pose, 3).invert();

@@ -3,15 +3,11 @@
 
 import { get } from "tatu/dom";
 import { openScript } from "tatu/editor";
+import { icon } from "tatu/icons";
 import { scene, select, selectAll, selected, selection, watch } from "tatu/store";
 
 /** @import { SceneObject } from "tatu/protocol" */
 
-/** @type {{ [kind: string]: string }} */
-const ICONS = {
-  shape: "\u25A0", joint: "\u25CE", dummy: "\u2739", sensor: "\u25C9", actuator: "\u2191", force_sensor: "\u25B3",
-  camera: "\u25A3", light: "\u2600", graph: "\u223F", path: "\u3030",
-};
 const tree = get("tree");
 const search = get("search", HTMLInputElement);
 /** @type {Set<number>} */
@@ -20,14 +16,14 @@ const closed = new Set();
 let items = new Map();
 
 /**
- * @param {string} text
+ * @param {string} picture
  * @param {string} title
  * @param {() => void} f
  */
-function button(text, title, f) {
+function button(picture, title, f) {
   const b = document.createElement("button");
   b.className = "tool";
-  b.textContent = text;
+  b.append(icon(picture));
   b.title = title;
   b.setAttribute("aria-label", title);
   b.onclick = (e) => { e.stopPropagation(); f(); };
@@ -45,6 +41,7 @@ function item(object, children) {
   row.className = "item";
   row.setAttribute("role", "treeitem");
   row.dataset.id = String(object.id);
+  row.id = `object-${object.id}`;
   const twist = document.createElement("span");
   twist.className = "twist";
   twist.textContent = children.length ? (closed.has(object.id) ? "\u25B8" : "\u25BE") : "";
@@ -54,16 +51,16 @@ function item(object, children) {
     draw();
   };
   if (children.length) row.setAttribute("aria-expanded", String(!closed.has(object.id)));
-  const icon = document.createElement("span");
-  icon.className = "kind";
-  icon.textContent = ICONS[object.kind] ?? "\u25AB";
-  icon.title = object.sensor ?? object.kind;
+  const kind = document.createElement("span");
+  kind.className = "kind";
+  kind.append(icon(object.model ? "model" : object.kind));
+  kind.title = object.sensor ?? object.kind;
   const name = document.createElement("span");
   name.className = "alias";
   name.textContent = object.alias;
-  row.append(twist, icon, name);
+  row.append(twist, kind, name);
   for (const script of object.scripts ?? []) {
-    row.append(button("\u270E", `Script ${script.name}`, () => openScript(script)));
+    row.append(button("script", `Script ${script.name}`, () => openScript(script)));
   }
   row.onclick = (e) => click(object.id, e);
   row.ondblclick = () => { const [script] = object.scripts ?? []; if (script) openScript(script); };
@@ -125,7 +122,7 @@ function draw() {
     const li = document.createElement("li");
     const row = document.createElement("div");
     row.className = "item";
-    row.append(button("\u270E", script.name, () => openScript(script)), `${script.kind}: ${script.name}`);
+    row.append(button("script", script.name, () => openScript(script)), `${script.kind}: ${script.name}`);
     row.ondblclick = () => openScript(script);
     li.append(row);
     roots.unshift(li);
@@ -137,6 +134,10 @@ function draw() {
 function mark() {
   const chosen = new Set(selection());
   for (const [id, row] of items) row.setAttribute("aria-selected", String(chosen.has(id)));
+  // What a screen reader speaks while the tree has the focus.
+  const spoken = items.get(selected());
+  if (spoken) tree.setAttribute("aria-activedescendant", spoken.id);
+  else tree.removeAttribute("aria-activedescendant");
   items.get(selected())?.scrollIntoView({ block: "nearest" });
 }
 

@@ -1,19 +1,23 @@
 // @ts-check
-// The 3-D view: camera, light, floor grid, and when a picture is drawn.
+// The 3-D view: camera, shadows, and when a picture is drawn.
 
 import * as THREE from "three";
 import { OrbitControls } from "three/controls";
 import { crowd, hitId, isLarge, place } from "tatu/crowd";
 import { get } from "tatu/dom";
+import { LAMP, dome, floor, lay, onTheme, zoom } from "tatu/light";
 import { on } from "tatu/net";
 import { bounds, groups, root } from "tatu/objects";
-import { selected, selection, watch } from "tatu/store";
+import { scene, watch } from "tatu/store";
 
 THREE.Object3D.DEFAULT_UP.set(0, 0, 1);
 /** @import { ObjectGroup } from "tatu/crowd" */
 
 export const host = get("view");
-const dark = matchMedia("(prefers-color-scheme: dark)");
+/** Half the height of the view at a distance of 1, except in parallel projection, which is the same camera from far away. */
+const USUAL = Math.tan((50 * Math.PI) / 360);
+/** Pixels of the shadows along a side. */
+const SHADOWS = 2048;
 
 export const stage = new THREE.Scene();
 export const camera = new THREE.PerspectiveCamera(50, 1, 0.02, 2000);
@@ -27,31 +31,32 @@ host.append(renderer.domElement);
 export const controls = new OrbitControls(camera, renderer.domElement);
 controls.target.set(0, 0, 0.2);
 
-const sun = new THREE.DirectionalLight(0xffffff, 2.2);
+const sun = new THREE.DirectionalLight(0xffffff, 1);
 sun.castShadow = true;
-sun.shadow.mapSize.set(2048, 2048);
-stage.add(sun, sun.target, new THREE.HemisphereLight(0xffffff, 0x8d8d88, 1.5), root, crowd);
-/** @type {THREE.GridHelper | null} */
-let grid = null;
+sun.shadow.mapSize.set(SHADOWS, SHADOWS);
+sun.shadow.radius = 1.5;
+stage.add(dome, floor, sun, sun.target, root, crowd);
+onTheme(redraw);
 
-/**
- * The grid lies below what is there, a line for each metre.
- * @param {number} size
- */
-function lay(size) {
-  if (grid) stage.remove(grid);
-  const n = Math.min(200, Math.max(10, 2 * Math.ceil(size)));
-  grid = new THREE.GridHelper(n, n, dark.matches ? 0x5c6770 : 0x9aa3ad, dark.matches ? 0x343c44 : 0xd0d5da);
-  grid.rotation.x = Math.PI / 2;
-  grid.position.z = -0.001;
-  stage.add(grid);
-}
+// Two directions across that of the light, along which shadows are moved by whole pixels, so that their edges stand still.
+const across = new THREE.Vector3(0, 1, 0).cross(LAMP).normalize();
+const along = LAMP.clone().cross(across);
 
-function paint() {
-  stage.background = new THREE.Color(dark.matches ? 0x1b2026 : 0xe9edf2);
-  redraw();
+/** Fits the shadows to what is looked at. */
+function shade() {
+  const reach = Math.min(Math.max(0.9 * zoom.value * camera.position.distanceTo(controls.target), 0.3), 60);
+  const pixel = (2 * reach) / SHADOWS;
+  const center = controls.target.clone();
+  for (const axis of [across, along]) {
+    const at = center.dot(axis);
+    center.addScaledVector(axis, Math.round(at / pixel) * pixel - at);
+  }
+  sun.target.position.copy(center);
+  sun.position.copy(center).addScaledVector(LAMP, 4 * reach);
+  Object.assign(sun.shadow.camera, { left: -reach, right: reach, top: reach, bottom: -reach, near: 0.01, far: 8 * reach });
+  sun.shadow.camera.updateProjectionMatrix();
+  sun.shadow.normalBias = 1.2 * pixel;
 }
-dark.addEventListener("change", paint);
 
 let due = false;
 /** Pictures that were drawn. */
@@ -66,11 +71,14 @@ export function redraw() {
     place(camera, renderer.domElement.height);
     // A graphics card draws shadows of thousands of parts, a processor does not.
     sun.castShadow = !isLarge();
+    zoom.value = Math.tan((camera.fov * Math.PI) / 360) / USUAL;
+    if (sun.castShadow) shade();
     drawn++;
     renderer.render(stage, camera);
   });
 }
 controls.addEventListener("change", redraw);
+on("frame", redraw);
 
 new ResizeObserver(() => {
   const { clientWidth: w, clientHeight: h } = host;
@@ -81,11 +89,16 @@ new ResizeObserver(() => {
   redraw();
 }).observe(host);
 
+/** Where the camera stands from the middle of what it shows, at first. */
+const FROM = new THREE.Vector3(-0.55, -0.65, 0.5).normalize();
+/** What is shown is so much larger than what is there. */
+const MARGIN = 1.15;
+
 /**
- * Moves the camera so that everything, or these objects, are seen.
+ * Moves the camera so that everything but floors, or these objects, are seen, from a direction.
  * @param {THREE.Object3D[]} [objects]
  */
-export function fit(objects) {
+export function fit(objects, from = FROM) {
   const box = objects ? new THREE.Box3() : bounds();
   for (const object of objects ?? []) box.expandByObject(object);
   if (box.isEmpty()) return;
@@ -93,58 +106,14 @@ export function fit(objects) {
   const size = box.getSize(new THREE.Vector3()).length();
   // A robot alone needs room to drive, and a floor alone room to build on.
   const radius = Math.max(objects ? 0.1 : size > 0 ? 0.7 : 2.5, size / 2);
-  const away = new THREE.Vector3(0.55, -0.75, 0.5).normalize();
-  camera.position.copy(center).addScaledVector(away, radius / Math.sin((camera.fov * Math.PI) / 360));
+  const upright = (camera.fov * Math.PI) / 360;
+  const half = Math.min(upright, Math.atan(Math.tan(upright) * camera.aspect));
+  camera.position.copy(center).addScaledVector(from, (MARGIN * radius) / Math.sin(half));
   controls.target.copy(center);
   controls.update();
-  lay(radius);
-  light(center, radius);
   redraw();
 }
 
-/**
- * @param {THREE.Vector3} center
- * @param {number} radius
- */
-function light(center, radius) {
-  const r = Math.min(radius, 15);
-  sun.position.set(center.x + r, center.y - 0.7 * r, center.z + 2 * r);
-  sun.target.position.copy(center);
-  Object.assign(sun.shadow.camera, { left: -1.5 * r, right: 1.5 * r, top: 1.5 * r, bottom: -1.5 * r, near: 0.01, far: 6 * r });
-  sun.shadow.camera.updateProjectionMatrix();
-  sun.shadow.normalBias = 0.02;
-}
-
-// Follow: the camera keeps its place beside the object.
-const follow = get("follow");
-/** @type {THREE.Vector3 | null} */
-let last = null;
-follow.onclick = () => {
-  const is = follow.getAttribute("aria-pressed") !== "true";
-  follow.setAttribute("aria-pressed", String(is));
-  last = null;
-};
-on("frame", () => {
-  const followed = groups.get(selected());
-  if (follow.getAttribute("aria-pressed") === "true" && followed) {
-    const here = followed.getWorldPosition(new THREE.Vector3());
-    if (last) {
-      const way = here.clone().sub(last);
-      camera.position.add(way);
-      controls.target.add(way);
-      controls.update();
-    }
-    last = here;
-  } else last = null;
-  redraw();
-});
-
-/** Fits the selection, or everything, into the view. */
-export function fitSelection() {
-  const all = selection().flatMap((id) => groups.get(id) ?? []);
-  fit(all.length ? all : undefined);
-}
-get("fit").onclick = fitSelection;
 /**
  * Looks from where a camera of the scene does: along its z axis, to about the middle of what is there.
  * @param {ObjectGroup} group
@@ -159,13 +128,19 @@ function lookFrom(group) {
   camera.position.copy(from);
   controls.target.copy(from).addScaledVector(ahead, far);
   controls.update();
-  const radius = box.isEmpty() ? 5 : box.getSize(new THREE.Vector3()).length() / 2;
-  lay(radius);
-  light(controls.target.clone(), Math.min(radius, far));
   redraw();
 }
 
-watch("scene", (scene) => {
+/** Lays the floor below what is there, if the scene has none. */
+function ground() {
+  const all = [...scene.objects.values()];
+  const has = all.some((o) => o.visible && o.parts?.some((p) => p.form === "plane"));
+  const box = bounds();
+  lay((box.isEmpty() ? 0 : Math.min(0, box.min.z)) - 1e-4, !has);
+}
+
+watch("scene", () => {
+  ground();
   // Another scene is seen from its own camera or as a whole; the same one is seen as before.
   const own = [...scene.objects.values()].find((o) => o.kind === "camera");
   if (scene.another) {
@@ -178,7 +153,10 @@ watch("scene", (scene) => {
   redraw();
 });
 
-watch("objects", redraw);
+watch("objects", () => {
+  ground();
+  redraw();
+});
 
 /**
  * The ray of a pointer.
@@ -210,6 +188,3 @@ export function worldPosition(id) {
   groups.get(id)?.getWorldPosition(at);
   return at;
 }
-
-lay(5);
-paint();

@@ -23,6 +23,7 @@ mod frames;
 mod gallery;
 mod lists;
 mod opened;
+mod overlays;
 mod pace;
 mod plugin;
 mod protocol;

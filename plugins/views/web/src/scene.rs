@@ -183,7 +183,7 @@ fn parts(turn: &Turn<'_>, id: tatu_object, assets: &mut Assets) -> Result<Vec<Pa
         let texture = part.get("texture").map(texture);
         let mut o = Part { pose: numbers("pose"), color: numbers("color"), size: None, texture, mesh: None, form };
         if o.form == "mesh" {
-            let (sum, message) = mesh(&numbers("points"), &numbers("triangles"));
+            let (sum, message) = mesh(&numbers("points"), &numbers("triangles"), &numbers("coordinates"));
             assets.entry(sum.clone()).or_insert(message);
             o.mesh = Some(sum);
         } else {
@@ -228,11 +228,13 @@ fn image(hash: &str, map: ValueRef<'_>) -> Message {
 }
 
 /// Returns the hash of a mesh, and its message: type, version, two bytes, the hash as 16 characters, the counts of
-/// points and triangles, the points' numbers as f32, the triangles' indices as u32.
-fn mesh(points: &[f64], triangles: &[f64]) -> (String, Message) {
-    let mut body = Vec::with_capacity(points.len() * 4 + triangles.len() * 4);
+/// points and triangles, the points' numbers as f32, the triangles' indices as u32, and the coordinates of the points in
+/// their image, if there are any, as f32.
+fn mesh(points: &[f64], triangles: &[f64], coordinates: &[f64]) -> (String, Message) {
+    let mut body = Vec::with_capacity((points.len() + triangles.len() + coordinates.len()) * 4);
     points.iter().for_each(|x| body.extend_from_slice(&(*x as f32).to_le_bytes()));
     triangles.iter().for_each(|i| body.extend_from_slice(&(*i as u32).to_le_bytes()));
+    coordinates.iter().for_each(|x| body.extend_from_slice(&(*x as f32).to_le_bytes()));
     let sum: String = Sha256::digest(&body).iter().take(8).map(|b| format!("{b:02x}")).collect();
     let mut out = vec![MESH, 1, 0, 0];
     out.extend_from_slice(sum.as_bytes());

@@ -26,6 +26,7 @@ use crate::{
     files,
     lists::{Allowance, Lists},
     opened::Opened,
+    overlays::{Wanted, Warned},
     pace::{Pace, SPEEDS},
     plugin::{Props, WebPage},
     protocol::{Action, FromPage, ToPage},
@@ -76,6 +77,8 @@ pub(crate) struct State {
     pub(crate) drawn: String,
     pub(crate) drawings: u64,
     pub(crate) sent: readings::Sent,
+    pub(crate) warned: Warned,
+    pub(crate) last_watch: Instant,
     pub(crate) listener: Listener,
     pub(crate) lists: Lists,
     pub(crate) recent: Recent,
@@ -93,6 +96,8 @@ pub(crate) struct Guest {
     /// The sensor whose image the client shows, and the graph that it shows.
     pub(crate) image: u32,
     pub(crate) graph: u32,
+    /// What it draws over the scene.
+    pub(crate) overlays: Wanted,
     /// Whether it lacks readings that were sent to others, and the number of the drawings that it has.
     pub(crate) missed: bool,
     pub(crate) drawings: u64,
@@ -171,6 +176,8 @@ impl Service for Web {
             drawn: String::new(),
             drawings: 0,
             sent: readings::Sent::default(),
+            warned: Warned::default(),
+            last_watch: now,
             listener,
             lists: Lists::default(),
             recent: Recent::of_user(),
@@ -212,6 +219,7 @@ impl Service for Web {
         }
         if name == "stopped" {
             (state.held, state.singles) = (false, 0);
+            state.warned.clear();
             state.windows.clear();
         }
         if matches!(name, "started" | "resumed") {
@@ -226,9 +234,7 @@ impl Service for Web {
             if name == "started" {
                 state.lines.clear();
             }
-            state.lines.push(message.clone());
-            let over = state.lines.len().saturating_sub(MOST_LINES);
-            state.lines.drain(..over);
+            state.keep(message.clone());
         }
         state.guests.iter().for_each(|g| g.client.out.send(message.clone()));
     }
@@ -241,6 +247,21 @@ impl Web {
 }
 
 impl State {
+    /// Keeps a line of output for clients that come later.
+    fn keep(&mut self, line: Message) {
+        self.lines.push(line);
+        let over = self.lines.len().saturating_sub(MOST_LINES);
+        self.lines.drain(..over);
+    }
+
+    /// Tells clients, and those that come later, a warning about an object.
+    pub(crate) fn warn(&mut self, object: tatu_object, text: &str) {
+        let payload = json!({ "level": "warning", "text": text, "object": tatu_slot(object) });
+        let message = ToPage::Event { name: "message".to_owned(), payload }.message();
+        self.guests.iter().for_each(|g| g.client.out.send(message.clone()));
+        self.keep(message);
+    }
+
     /// Handles clients that have connected or disconnected.
     fn come(&mut self, _: &Turn<'_>) -> Result {
         for client in self.listener.take_new() {
@@ -260,6 +281,7 @@ impl State {
                 whole: false,
                 image: 0,
                 graph: 0,
+                overlays: Wanted::default(),
                 missed: true,
                 drawings: 0,
                 dropped: None,
@@ -343,6 +365,7 @@ impl State {
             FromPage::Script { script } => return acts::script(turn, script).map(Some),
             FromPage::Image { object } => guest.image = object,
             FromPage::Graph { object } => guest.graph = object,
+            FromPage::Overlays { contacts, bodies } => guest.overlays = Wanted { contacts, bodies },
             FromPage::Commands {} | FromPage::Files {} => {}
             _ if !may_act => return Err(Fail::unsupported("this page may only view")),
             FromPage::Run { action } => self.request(turn, action)?,

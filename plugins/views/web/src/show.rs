@@ -14,6 +14,7 @@ use tatu_services_common::outbox::Message;
 use crate::{
     changes::Found,
     frames::{Now, object},
+    overlays::{self, Wanted},
     protocol::{RunState, ToPage},
     readings, scene,
     service::State,
@@ -22,6 +23,8 @@ use crate::{
 /// Intervals of frames and of readings.
 const FRAMES: Duration = Duration::from_millis(50);
 const READINGS: Duration = Duration::from_millis(100);
+/// Interval of the search for bodies that fly apart.
+const WATCH: Duration = Duration::from_secs(1);
 /// Least interval of comparisons of all objects with what clients know.
 const ROUNDS: Duration = Duration::from_millis(200);
 
@@ -58,10 +61,17 @@ impl State {
             for guest in self.guests.iter_mut().filter(|g| g.client.out.wants_frame()) {
                 guest.client.out.frame(all.since(&mut guest.known, step, time));
             }
+            self.show_overlays(turn, p)?;
         }
         if now - self.last_readings >= READINGS {
             self.last_readings = now;
             self.show_readings(turn, p)?;
+        }
+        if now - self.last_watch >= WATCH && turn.state() == TATU_RUNNING {
+            self.last_watch = now;
+            for (object, text) in self.warned.look(turn, p, &self.whole.ids) {
+                self.warn(object, &text);
+            }
         }
         Ok(())
     }
@@ -114,6 +124,20 @@ impl State {
         if text != self.told {
             self.guests.iter().for_each(|g| g.client.out.send(Message::Text(text.clone().into())));
             self.told = text;
+        }
+        Ok(())
+    }
+
+    /// Queues what clients draw over the scene, made once for all that want the same.
+    fn show_overlays(&mut self, turn: &Turn<'_>, p: &crate::plugin::Props) -> Result {
+        let mut made: Option<(Wanted, Message)> = None;
+        for guest in self.guests.iter().filter(|g| g.overlays.any() && !g.client.out.waits()) {
+            let message = match &made {
+                Some((wanted, message)) if *wanted == guest.overlays => message.clone(),
+                _ => overlays::message(turn, p, &self.whole.ids, guest.overlays)?.message(),
+            };
+            guest.client.out.send(message.clone());
+            made = Some((guest.overlays, message));
         }
         Ok(())
     }

@@ -20,7 +20,7 @@ pub(super) fn scene(targets: impl IntoIterator<Item = Target>) -> BeamScene {
 }
 
 pub(super) fn mesh(vertices: Vec<Point3<f64>>, triangles: Vec<[u32; 3]>) -> Form {
-    Form::Mesh { mesh: Arc::new(Mesh { vertices, triangles }), convex: false }
+    Form::Mesh { mesh: Arc::new(Mesh { vertices, triangles, ..Default::default() }), convex: false }
 }
 
 /// Returns a closed, bumpy sphere of triangles.

@@ -164,7 +164,7 @@ fn forms_rest_where_they_end() {
         [1, 3, 5],
         [3, 7, 5],
     ];
-    let cube = Arc::new(Mesh { vertices: corners(0.1), triangles });
+    let cube = Arc::new(Mesh { vertices: corners(0.1), triangles, ..Default::default() });
     let forms = [
         (Form::Sphere { radius: 0.1 }, 0.1),
         (Form::Box { half: Vector3::new(0.1, 0.2, 0.3) }, 0.3),

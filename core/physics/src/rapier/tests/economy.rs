@@ -20,7 +20,7 @@ fn ball(rings: u32, radius: f64) -> Form {
     };
     let vertices: Vec<_> = (0..rings * round).map(point).collect();
     let triangles = (2..vertices.len() as u32).map(|i| [0, i - 1, i]).collect();
-    Form::Mesh { mesh: Arc::new(Mesh { vertices, triangles }), convex: true }
+    Form::Mesh { mesh: Arc::new(Mesh { vertices, triangles, ..Default::default() }), convex: true }
 }
 
 #[test]

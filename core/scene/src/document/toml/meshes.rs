@@ -4,13 +4,14 @@ use std::path::{Path, PathBuf};
 
 use nalgebra::Isometry3;
 use tatu_errors::{Error, Result};
+use tatu_geometry::{Form, Mesh};
 use tatu_plugin_api::safe::Value;
 
 use super::{
     super::{Builder, Document, Target, import, import_files::Source},
     Reader,
 };
-use crate::rows::Row;
+use crate::{forms::visible_parts, rows::Row};
 
 impl Reader<'_> {
     /// Replaces the file names of meshes and images in a value by their numbers.
@@ -58,15 +59,38 @@ impl Reader<'_> {
             Builder { registry: self.registry, document: &mut alone, group: 0, place: b.place.clone(), texts: b.texts };
         let import = import::Import { file: &file, bytes: &bytes, choice, params: &[], whole: false };
         inner.import(import, None, Isometry3::identity())?;
-        let [mesh] = alone.meshes.as_slice() else {
+        let Some(mesh) = only_mesh(&alone) else {
             return Err(Error::new("E120", format!("`{name}` contains {} meshes", alone.meshes.len()))
-                .expected("one mesh")
+                .expected("one mesh, or one shape that consists of meshes")
                 .help("use `[[import]]` to place its meshes"));
         };
-        let number = b.mesh((**mesh).clone())? as i64;
+        let number = b.mesh(mesh)? as i64;
         self.meshes.insert(file, number);
         Ok(Value::Int(number))
     }
+}
+
+/// Returns the only mesh of a document, or the meshes of its only shape joined: a piece for each material.
+fn only_mesh(document: &Document) -> Option<Mesh> {
+    if let [mesh] = document.meshes.as_slice() {
+        return Some((**mesh).clone());
+    }
+    let (scene, slots) = document.instantiate();
+    let [slot] = slots.as_slice() else { return None };
+    let mut joined = Mesh::default();
+    for part in visible_parts(scene.get(*slot)?.shape()?) {
+        let Form::Mesh { mesh, .. } = part.form else { return None };
+        let first = joined.vertices.len();
+        joined.vertices.extend(mesh.vertices.iter().map(|v| part.pose * v));
+        joined.triangles.extend(mesh.triangles.iter().map(|t| t.map(|i| i + first as u32)));
+        if joined.coordinates.len() == first {
+            joined.coordinates.extend_from_slice(&mesh.coordinates);
+        }
+    }
+    if joined.coordinates.len() != joined.vertices.len() {
+        joined.coordinates.clear();
+    }
+    (!joined.triangles.is_empty()).then_some(joined)
 }
 
 /// Returns the folders that files must be in: that of the current file, and that of the scene.

@@ -402,14 +402,19 @@ fn turned(q: &UnitQuaternion<f64>) -> String {
 
 /// Writes a mesh as a PLY file, with full precision.
 fn ply(mesh: &Mesh) -> Vec<u8> {
+    let places = if mesh.coordinates.is_empty() { "" } else { "property float s\nproperty float t\n" };
     let mut out = format!(
-        "ply\nformat ascii 1.0\nelement vertex {}\nproperty double x\nproperty double y\nproperty double z\n\
+        "ply\nformat ascii 1.0\nelement vertex {}\nproperty double x\nproperty double y\nproperty double z\n{places}\
          element face {}\nproperty list uchar uint vertex_indices\nend_header\n",
         mesh.vertices.len(),
         mesh.triangles.len()
     );
-    for v in &mesh.vertices {
-        let _ = writeln!(out, "{:?} {:?} {:?}", v.x, v.y, v.z);
+    for (i, v) in mesh.vertices.iter().enumerate() {
+        let _ = write!(out, "{:?} {:?} {:?}", v.x, v.y, v.z);
+        let _ = match mesh.coordinates.get(i) {
+            Some([s, t]) => writeln!(out, " {s:?} {t:?}"),
+            None => writeln!(out),
+        };
     }
     for [a, b, c] in &mesh.triangles {
         let _ = writeln!(out, "3 {a} {b} {c}");

@@ -66,6 +66,14 @@ test("a frame that ends early or has an unknown entry is read as far as it goes"
   assert.equal(read(frame(0, entry(1, 1, ["f32", 1]), entry(99, 2), entry(1, 3, ["f32", 3]))).length, 1);
 });
 
+test("a mesh with places in an image", () => {
+  const view = new DataView(new ArrayBuffer(28 + 36 + 12 + 24));
+  view.setUint32(20, 3, true);
+  view.setUint32(24, 1, true);
+  for (let i = 0; i < 6; i++) view.setFloat32(76 + 4 * i, i / 4, true);
+  assert.deepEqual([...(mesh(view).coordinates ?? [])], [0, 0.25, 0.5, 0.75, 1, 1.25]);
+});
+
 test("a mesh", () => {
   const view = new DataView(new ArrayBuffer(28 + 36 + 12));
   view.setUint8(0, 2);

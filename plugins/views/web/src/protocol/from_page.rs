@@ -49,6 +49,8 @@ pub(crate) enum FromPage {
     Image { object: u32 },
     /// Requests the streams of a graph from now on; 0: of none.
     Graph { object: u32 },
+    /// Requests what is drawn over the scene from now on: contacts, and of bodies centres of mass and velocities.
+    Overlays { contacts: bool, bodies: bool },
     /// Requests the list of all commands.
     Commands {},
     /// Requests the list of scenes that can be opened.

@@ -8,7 +8,7 @@ mod to_page;
 
 pub(crate) use from_page::{Action, FromPage};
 pub(crate) use object::{Joint, Object, Part, Schema, Script, Texture, Volume};
-pub(crate) use sensed::{Drawing, Reading, Readings, Stream};
+pub(crate) use sensed::{BodyMark, ContactMark, Drawing, Reading, Readings, Stream};
 pub(crate) use to_page::{Command, Edits, Row, RunState, SceneFile, Section, ToPage};
 
 #[cfg(test)]

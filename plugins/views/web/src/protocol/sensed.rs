@@ -64,3 +64,28 @@ pub(crate) struct Stream {
     pub(crate) times: Vec<Option<f64>>,
     pub(crate) values: Vec<Option<f64>>,
 }
+
+/// A contact of the last step.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(test, derive(ts_rs::TS))]
+pub(crate) struct ContactMark {
+    /// The two shapes; the second one can move if one of them can.
+    pub(crate) pair: [u32; 2],
+    /// Where they touch, in the world, m.
+    pub(crate) point: [f64; 3],
+    /// The force on the second shape, N.
+    pub(crate) force: [f64; 3],
+}
+
+/// A body that forces move.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(test, derive(ts_rs::TS))]
+pub(crate) struct BodyMark {
+    pub(crate) id: u32,
+    /// Its centre of mass, in its frame, m.
+    pub(crate) com: [f64; 3],
+    /// kg.
+    pub(crate) mass: f64,
+    /// In the world, m/s.
+    pub(crate) velocity: [f64; 3],
+}

@@ -6,7 +6,7 @@ use tatu_services_common::outbox::Message;
 
 use super::{
     object::{Object, Script},
-    sensed::{Drawing, Readings, Stream},
+    sensed::{BodyMark, ContactMark, Drawing, Readings, Stream},
 };
 
 /// A message to the page.
@@ -56,6 +56,11 @@ pub(crate) enum ToPage {
     Streams {
         graph: u32,
         streams: Vec<Stream>,
+    },
+    /// What is drawn over the scene, as it was requested.
+    Overlays {
+        contacts: Vec<ContactMark>,
+        bodies: Vec<BodyMark>,
     },
     /// The properties of an object.
     Details {

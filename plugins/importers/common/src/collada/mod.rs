@@ -1,0 +1,27 @@
+//! COLLADA 1.4 and 1.5: triangles, polygons and their materials, as the nodes of the scene place them. Animations, lights,
+//! cameras and physics are left out; skins stand as they are bound.
+
+mod geometry;
+mod material;
+mod scene;
+mod tree;
+
+use roxmltree::{Document, ParsingOptions};
+
+use self::tree::Tree;
+use crate::{model::Read, picture::Files};
+
+/// Most nodes of the XML tree, so that a file cannot take more memory than some times its own size.
+const MOST_NODES: u32 = 4_000_000;
+
+pub fn read(bytes: &[u8], files: Files<'_>) -> Result<Read, String> {
+    let wrong = |e: &dyn std::fmt::Display| format!("the COLLADA file is incomplete or damaged: {e}");
+    let text = std::str::from_utf8(bytes).map_err(|e| wrong(&e))?;
+    let options = ParsingOptions { nodes_limit: MOST_NODES, ..Default::default() };
+    let document = Document::parse_with_options(text.trim_start_matches('\u{FEFF}'), options).map_err(|e| wrong(&e))?;
+    let root = document.root_element();
+    if root.tag_name().name() != "COLLADA" {
+        return Err(format!("expected a COLLADA file; its root is <{}>", root.tag_name().name()));
+    }
+    scene::read(&Tree::new(root), files)
+}

@@ -1,0 +1,49 @@
+//! The elements of a document, which refer to each other by ids.
+
+use std::collections::HashMap;
+
+use roxmltree::Node;
+
+/// The elements of a document, by their ids.
+pub struct Tree<'a> {
+    pub root: Node<'a, 'a>,
+    ids: HashMap<&'a str, Node<'a, 'a>>,
+}
+
+impl<'a> Tree<'a> {
+    /// Finds all elements that have an id.
+    pub fn new(root: Node<'a, 'a>) -> Self {
+        let mut ids = HashMap::new();
+        for node in root.descendants() {
+            if let Some(id) = node.attribute("id") {
+                ids.entry(id).or_insert(node);
+            }
+        }
+        Tree { root, ids }
+    }
+
+    /// Returns the element that a reference such as `#box` means.
+    pub fn get(&self, reference: &str) -> Option<Node<'a, 'a>> {
+        self.ids.get(reference.strip_prefix('#').unwrap_or(reference)).copied()
+    }
+
+    /// Returns the element that an attribute refers to.
+    pub fn follow(&self, node: Node<'a, 'a>, attribute: &str) -> Option<Node<'a, 'a>> {
+        self.get(node.attribute(attribute)?)
+    }
+}
+
+/// Returns the children of an element that have a name.
+pub fn children<'a>(node: Node<'a, 'a>, name: &'static str) -> impl Iterator<Item = Node<'a, 'a>> {
+    node.children().filter(move |n| n.tag_name().name() == name)
+}
+
+/// Returns the first such child.
+pub fn child<'a>(node: Node<'a, 'a>, name: &'static str) -> Option<Node<'a, 'a>> {
+    children(node, name).next()
+}
+
+/// Returns the numbers in an element's text. Texts that are no numbers end them.
+pub fn numbers<T: std::str::FromStr>(node: Node<'_, '_>) -> Vec<T> {
+    node.text().unwrap_or_default().split_ascii_whitespace().map_while(|word| word.parse().ok()).collect()
+}

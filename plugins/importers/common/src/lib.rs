@@ -1,0 +1,61 @@
+//! Mesh files, read for importers, and shapes of what they contain: Wavefront OBJ with its materials, STL, PLY, COLLADA and glTF.
+//!
+//! Numbers of files are not trusted: whatever the bytes are, the outcome is a model or one sentence of an error.
+
+mod collada;
+mod gltf;
+mod model;
+mod obj;
+mod picture;
+mod ply;
+mod shape;
+mod stl;
+
+pub use model::{Model, Piece, Read, merged};
+pub use picture::{Files, Picture};
+pub use shape::Shapes;
+
+use model::few;
+
+/// Suffixes of files that can be read, in lower case.
+pub const SUFFIXES: &[&str] = &[".obj", ".stl", ".ply", ".dae", ".gltf", ".glb"];
+
+/// Reads a mesh file; the suffix of its name tells the format where its first bytes do not. The error is one sentence.
+pub fn read(name: &str, bytes: &[u8], files: Files<'_>) -> Result<Read, String> {
+    let lower = name.to_lowercase();
+    let is = |suffix: &str| lower.ends_with(suffix);
+    let start = bytes.trim_ascii_start();
+    let mut read = match bytes {
+        _ if start.starts_with(b"ply") => Read::of(ply::read(bytes)?),
+        _ if start.starts_with(b"glTF") || start.starts_with(b"{") || is(".gltf") || is(".glb") => {
+            gltf::read(bytes, files)?
+        }
+        _ if is(".dae") || start.starts_with(b"<") || start.starts_with(b"\xEF\xBB\xBF<") => {
+            collada::read(bytes, files)?
+        }
+        _ if stl::is_stl(bytes) || is(".stl") => Read::of(stl::read(bytes)?),
+        _ => obj::read(bytes, files)?,
+    };
+    read.model.pieces.retain(|p| !p.triangles.is_empty());
+    if read.model.pieces.is_empty() {
+        return Err("the file contains no triangles".into());
+    }
+    few(read.model.pieces.iter().map(|p| p.triangles.len()).sum())?;
+    for piece in &mut read.model.pieces {
+        let n = piece.points.len();
+        if piece.triangles.iter().flatten().any(|i| *i as usize >= n) {
+            return Err("a face refers to a point that does not exist".into());
+        }
+        if piece.points.iter().flatten().any(|x| !x.is_finite()) {
+            return Err("a point is not finite".into());
+        }
+        let whole = piece.coordinates.len() == n && piece.coordinates.iter().flatten().all(|x| x.is_finite());
+        if !whole {
+            (piece.coordinates, piece.picture) = (Vec::new(), None);
+        }
+    }
+    Ok(read)
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,112 @@
+//! What mesh files contain.
+
+use std::rc::Rc;
+
+use nalgebra::{Isometry3, Matrix4, Point3, Vector3};
+
+use crate::picture::Picture;
+
+/// Most triangles of a file.
+pub const MOST_TRIANGLES: usize = 4_000_000;
+
+/// Greatest depth of nodes within nodes.
+pub(crate) const DEEPEST: usize = 64;
+
+/// What a file contains: one piece per material.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Model {
+    /// The pieces; each has triangles.
+    pub pieces: Vec<Piece>,
+    /// Whether the file says that y is up; otherwise z is, or the file does not say.
+    pub y_up: bool,
+}
+
+/// Triangles of one material, in metres where the file tells its unit.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Piece {
+    /// Corner points.
+    pub points: Vec<[f64; 3]>,
+    /// Three indices of points per triangle, counter-clockwise as seen from outside.
+    pub triangles: Vec<[u32; 3]>,
+    /// Place of each point in the image, 0 to 1 to the right and up; empty if the file has none.
+    pub coordinates: Vec<[f32; 2]>,
+    /// Red, green and blue of the material, each 0 to 1.
+    pub color: Option<[f64; 3]>,
+    /// The image of the material. There are coordinates then.
+    pub picture: Option<Rc<Picture>>,
+}
+
+/// A model, and what was left out of it: one sentence each.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Read {
+    /// The model.
+    pub model: Model,
+    /// Images that are missing or damaged, and the like.
+    pub notes: Vec<String>,
+}
+
+impl Read {
+    /// Returns a model of one piece.
+    pub(crate) fn of(piece: Piece) -> Self {
+        Read { model: Model { pieces: vec![piece], y_up: false }, notes: Vec::new() }
+    }
+}
+
+impl Model {
+    /// Turns a model whose y axis is up so that z is up.
+    pub fn stand(&mut self) {
+        if std::mem::take(&mut self.y_up) {
+            self.pieces.iter_mut().flat_map(|p| &mut p.points).for_each(|p| *p = [p[0], -p[2], p[1]]);
+        }
+    }
+}
+
+/// Returns the points and triangles of pieces as one mesh, without materials.
+pub fn merged(pieces: &[Piece]) -> (Vec<[f64; 3]>, Vec<[u32; 3]>) {
+    let (mut points, mut triangles) = (Vec::new(), Vec::new());
+    for piece in pieces {
+        let first = points.len() as u32;
+        points.extend_from_slice(&piece.points);
+        triangles.extend(piece.triangles.iter().map(|t| t.map(|i| i + first)));
+    }
+    (points, triangles)
+}
+
+impl Piece {
+    /// Returns the piece with its points scaled by `scale`, then transformed.
+    pub fn moved(&self, scale: [f64; 3], pose: &Isometry3<f64>) -> Piece {
+        let scale = Vector3::from(scale);
+        let point = |p: &[f64; 3]| (pose * Point3::from(Vector3::from(*p).component_mul(&scale))).coords.into();
+        let mirrors = scale.product() < 0.0;
+        Piece {
+            points: self.points.iter().map(point).collect(),
+            triangles: self.triangles.iter().map(|t| turned(*t, mirrors)).collect(),
+            ..self.clone()
+        }
+    }
+}
+
+/// Adds triangles of a node to a piece: transformed, and turned inside out again where the transform mirrors.
+pub(crate) fn place(piece: &mut Piece, more: &Piece, transform: &Matrix4<f64>) {
+    let (first, had) = (piece.points.len() as u32, piece.points.len());
+    piece.points.extend(more.points.iter().map(|p| <[f64; 3]>::from(transform.transform_point(&Point3::from(*p)))));
+    let mirrors = transform.fixed_view::<3, 3>(0, 0).determinant() < 0.0;
+    piece.triangles.extend(more.triangles.iter().map(|t| turned(t.map(|i| i + first), mirrors)));
+    // Pieces of which one part has no coordinates have none.
+    if piece.coordinates.len() == had {
+        piece.coordinates.extend_from_slice(&more.coordinates);
+    }
+}
+
+/// Returns a triangle with its outside inside, where a transform mirrors.
+fn turned([a, b, c]: [u32; 3], mirrors: bool) -> [u32; 3] {
+    if mirrors { [a, c, b] } else { [a, b, c] }
+}
+
+/// Refuses more triangles than are supported.
+pub(crate) fn few(triangles: usize) -> Result<(), String> {
+    match triangles > MOST_TRIANGLES {
+        true => Err(format!("the mesh has {triangles} triangles; at most {MOST_TRIANGLES} are supported")),
+        false => Ok(()),
+    }
+}

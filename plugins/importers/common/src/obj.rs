@@ -1,0 +1,64 @@
+//! Wavefront OBJ. Groups of one material are one piece.
+
+use std::{cell::RefCell, io::Cursor};
+
+use tobj::{LoadError, LoadOptions, Material};
+
+use crate::{
+    model::{Model, Piece, Read, few},
+    picture::{Files, Gallery},
+};
+
+pub fn read(bytes: &[u8], files: Files<'_>) -> Result<Read, String> {
+    let options = LoadOptions { triangulate: true, single_index: true, ..Default::default() };
+    let notes = RefCell::new(Vec::new());
+    let library = |path: &std::path::Path| {
+        let name = path.to_string_lossy();
+        let found = files(&name).ok_or(LoadError::OpenFileFailed);
+        let read = found.and_then(|bytes| tobj::load_mtl_buf(&mut Cursor::new(bytes)));
+        // A mesh without its colours is better than none.
+        Ok(read.unwrap_or_else(|e| {
+            notes.borrow_mut().push(format!("the materials in `{name}` are left out: {e}"));
+            Default::default()
+        }))
+    };
+    let (models, materials) = tobj::load_obj_buf(&mut Cursor::new(bytes), &options, library)
+        .map_err(|e| format!("the OBJ file is incomplete or damaged: {e}"))?;
+    let materials = materials.unwrap_or_default();
+    let mut pieces: Vec<(Option<usize>, Piece)> = Vec::new();
+    let mut triangles = 0;
+    for tobj::Model { mesh, .. } in models {
+        let material = mesh.material_id.filter(|i| *i < materials.len());
+        let at = pieces.iter().position(|(known, _)| *known == material).unwrap_or_else(|| {
+            pieces.push((material, Piece::default()));
+            pieces.len() - 1
+        });
+        let piece = &mut pieces[at].1;
+        let (first, had) = (piece.points.len() as u32, piece.points.len());
+        piece.points.extend(mesh.positions.chunks_exact(3).map(|p| [p[0], p[1], p[2]].map(f64::from)));
+        piece
+            .triangles
+            .extend(mesh.indices.chunks_exact(3).map(|t| [t[0], t[1], t[2]].map(|i| i.saturating_add(first))));
+        if piece.coordinates.len() == had {
+            piece.coordinates.extend(mesh.texcoords.chunks_exact(2).map(|t| [t[0], t[1]]));
+        }
+        triangles += mesh.indices.len() / 3;
+        few(triangles)?;
+    }
+    let mut gallery = Gallery::new(files);
+    for (material, piece) in &mut pieces {
+        let Some(material) = material.map(|i| &materials[i]) else { continue };
+        piece.color = material.diffuse.map(|c| c.map(|x| f64::from(x).clamp(0.0, 1.0)));
+        piece.picture = image(material).and_then(|name| gallery.file(name));
+    }
+    let mut notes = notes.into_inner();
+    notes.append(&mut gallery.notes);
+    Ok(Read { model: Model { pieces: pieces.into_iter().map(|(_, p)| p).collect(), y_up: false }, notes })
+}
+
+/// Returns the file of a material's image: what stands behind its options, if there are any.
+fn image(material: &Material) -> Option<&str> {
+    let text = material.diffuse_texture.as_deref()?.trim();
+    let name = if text.starts_with('-') { text.rsplit(' ').next()? } else { text };
+    (!name.is_empty()).then_some(name)
+}

@@ -1,0 +1,95 @@
+//! Images of materials: PNG, JPEG, BMP, TIFF and PNM files.
+
+use std::{collections::HashMap, io::Cursor, rc::Rc};
+
+use image::{
+    ImageFormat,
+    io::{Limits, Reader},
+};
+
+/// Greatest number of pixels: that of images in a scene.
+const MOST_PIXELS: u64 = 16 << 20;
+
+/// Gives the bytes of a file that a mesh file refers to, by its name relative to that; `None`: there is none.
+pub type Files<'a> = &'a dyn Fn(&str) -> Option<Vec<u8>>;
+
+/// An image.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Picture {
+    /// Number of columns.
+    pub columns: u32,
+    /// Number of rows.
+    pub rows: u32,
+    /// Red, green, blue and opacity of each pixel, top row first.
+    pub rgba: Vec<u8>,
+}
+
+impl Picture {
+    /// Decodes the bytes of a file; the error says what is wrong with it.
+    pub fn decode(bytes: &[u8]) -> Result<Self, String> {
+        let mut reader = Reader::new(Cursor::new(bytes)).with_guessed_format().map_err(|e| e.to_string())?;
+        if reader.format().is_none() {
+            return Err("it is not in a format that can be read: PNG, JPEG, BMP, TIFF or PNM".into());
+        }
+        let limit = |reader: &mut Reader<_>| {
+            let mut limits = Limits::default();
+            limits.max_alloc = Some(8 * MOST_PIXELS);
+            reader.limits(limits);
+        };
+        limit(&mut reader);
+        let mut sized = Reader::new(Cursor::new(bytes));
+        sized.set_format(reader.format().unwrap_or(ImageFormat::Png));
+        let (columns, rows) = sized.into_dimensions().map_err(|e| e.to_string())?;
+        if columns == 0 || rows == 0 || u64::from(columns) * u64::from(rows) > MOST_PIXELS {
+            return Err(format!("it has {columns} x {rows} pixels; at most {MOST_PIXELS} are supported"));
+        }
+        let rgba = reader.decode().map_err(|e| e.to_string())?.into_rgba8().into_raw();
+        Ok(Picture { columns, rows, rgba })
+    }
+}
+
+/// Images of a file by their names; each is read once.
+pub struct Gallery<'a> {
+    files: Files<'a>,
+    known: HashMap<String, Option<Rc<Picture>>>,
+    /// What could not be read.
+    pub notes: Vec<String>,
+}
+
+impl<'a> Gallery<'a> {
+    pub fn new(files: Files<'a>) -> Self {
+        Gallery { files, known: HashMap::new(), notes: Vec::new() }
+    }
+
+    /// Returns the image in a file that the mesh file names.
+    pub fn file(&mut self, name: &str) -> Option<Rc<Picture>> {
+        let name = name.trim().replace('\\', "/");
+        let name = name.strip_prefix("file://").unwrap_or(&name).trim_start_matches("./").replace("%20", " ");
+        if let Some(known) = self.known.get(&name) {
+            return known.clone();
+        }
+        let bytes = (self.files)(&name).ok_or_else(|| "there is no such file".to_owned());
+        self.keep(name, bytes.and_then(|b| Picture::decode(&b)))
+    }
+
+    /// Returns the image in bytes that the mesh file contains.
+    pub fn bytes(&mut self, name: String, bytes: Option<&[u8]>) -> Option<Rc<Picture>> {
+        if let Some(known) = self.known.get(&name) {
+            return known.clone();
+        }
+        let bytes = bytes.ok_or_else(|| "its bytes are missing".to_owned());
+        self.keep(name, bytes.and_then(Picture::decode))
+    }
+
+    fn keep(&mut self, name: String, read: Result<Picture, String>) -> Option<Rc<Picture>> {
+        let kept = match read {
+            Ok(picture) => Some(Rc::new(picture)),
+            Err(why) => {
+                self.notes.push(format!("the image `{name}` is left out: {why}"));
+                None
+            }
+        };
+        self.known.insert(name, kept.clone());
+        kept
+    }
+}

@@ -1,0 +1,32 @@
+//! STL, binary or text.
+
+use std::io::Cursor;
+
+use crate::model::{Piece, few};
+
+/// Returns whether the length of the bytes fits a binary file, by the number of triangles that stands in it.
+fn is_binary(bytes: &[u8]) -> bool {
+    let Some(count) = bytes.get(80..84) else { return false };
+    let count = u32::from_le_bytes([count[0], count[1], count[2], count[3]]);
+    (bytes.len() - 84) as u64 == 50 * u64::from(count)
+}
+
+pub fn is_stl(bytes: &[u8]) -> bool {
+    is_binary(bytes) || bytes.trim_ascii_start().starts_with(b"solid")
+}
+
+pub fn read(bytes: &[u8]) -> Result<Piece, String> {
+    let mut bytes = bytes.to_vec();
+    if is_binary(&bytes) {
+        // Many programs begin the header of binary files with `solid`, so that they look like text; blanks avoid that.
+        bytes[..80].fill(b' ');
+    }
+    let mesh =
+        stl_io::read_stl(&mut Cursor::new(bytes)).map_err(|e| format!("the STL file is incomplete or damaged: {e}"))?;
+    few(mesh.faces.len())?;
+    Ok(Piece {
+        points: mesh.vertices.iter().map(|v| [v[0], v[1], v[2]].map(f64::from)).collect(),
+        triangles: mesh.faces.iter().map(|f| f.vertices.map(|i| i as u32)).collect(),
+        ..Default::default()
+    })
+}

@@ -1,0 +1,214 @@
+//! Small files of all formats; and the same files cut and with wrong bytes.
+
+use base64::{Engine as _, engine::general_purpose::STANDARD};
+
+use super::*;
+
+const STL: &str = "solid a\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 2 0\nendloop\nendfacet\nendsolid a\n";
+const PLY: &str = "ply\nformat ascii 1.0\ncomment a triangle\nelement vertex 3\nproperty double x\nproperty double y\n\
+    property double z\nproperty uchar red\nelement face 1\nproperty list uchar int vertex_indices\nend_header\n\
+    0 0 0 9\n1 0 0 9\n0 2 0 9\n3 0 1 2\n";
+const OBJ: &str = "mtllib a.mtl\nv 0 0 0\nv 1 0 0\nv 0 2 0\nvt 0 0\nvt 1 0\nvt 0 1\nusemtl red\nf 1 2 3\nusemtl wood\nf 1/1 3/3 2/2\n";
+const MTL: &str = "newmtl red\nKd 1 0 0\nnewmtl wood\nKd 0.5 0.5 0.5\nmap_Kd -s 1 1 1 wood.png\n";
+
+/// A triangle in mm, lifted by a node, turned by another, seen twice.
+const DAE: &str = r##"<?xml version="1.0"?>
+<COLLADA xmlns="http://www.collada.org/2005/11/COLLADASchema" version="1.4.1">
+<asset><unit name="millimeter" meter="0.001"/><up_axis>Z_UP</up_axis></asset>
+<library_images><image id="img"><init_from>wood.png</init_from></image></library_images>
+<library_effects><effect id="fx"><profile_COMMON>
+<newparam sid="surf"><surface type="2D"><init_from>img</init_from></surface></newparam>
+<newparam sid="samp"><sampler2D><source>surf</source></sampler2D></newparam>
+<technique sid="common"><lambert><diffuse><texture texture="samp" texcoord="UV"/></diffuse></lambert></technique>
+</profile_COMMON></effect><effect id="fy"><profile_COMMON><technique><phong><diffuse><color>0 1 0 1</color></diffuse></phong>
+</technique></profile_COMMON></effect></library_effects>
+<library_materials><material id="m"><instance_effect url="#fx"/></material><material id="n"><instance_effect url="#fy"/></material>
+</library_materials>
+<library_geometries><geometry id="g"><mesh>
+<source id="p"><float_array id="pa" count="12">0 0 0 1000 0 0 1000 2000 0 0 2000 0</float_array>
+<technique_common><accessor source="#pa" count="4" stride="3"/></technique_common></source>
+<source id="t"><float_array id="ta" count="8">0 0 1 0 1 1 0 1</float_array>
+<technique_common><accessor source="#ta" count="4" stride="2"/></technique_common></source>
+<vertices id="v"><input semantic="POSITION" source="#p"/></vertices>
+<polylist material="sym" count="1"><input semantic="VERTEX" source="#v" offset="0"/>
+<input semantic="TEXCOORD" source="#t" offset="1" set="0"/><vcount>4</vcount><p>0 0 1 1 2 2 3 3</p></polylist>
+<triangles material="other" count="1"><input semantic="VERTEX" source="#v" offset="0"/><p>0 1 2</p></triangles>
+</mesh></geometry></library_geometries>
+<library_visual_scenes><visual_scene id="s">
+<node><translate>0 0 1000</translate><node><rotate>0 0 1 90</rotate><instance_geometry url="#g"><bind_material><technique_common>
+<instance_material symbol="sym" target="#m"/><instance_material symbol="other" target="#n"/>
+</technique_common></bind_material></instance_geometry></node></node>
+<node><matrix>-1 0 0 0 0 1 0 0 0 0 1 0 0 0 0 1</matrix><instance_geometry url="#g"><bind_material><technique_common>
+<instance_material symbol="sym" target="#m"/><instance_material symbol="other" target="#n"/>
+</technique_common></bind_material></instance_geometry></node>
+</visual_scene></library_visual_scenes>
+<scene><instance_visual_scene url="#s"/></scene></COLLADA>"##;
+
+/// A triangle of two metres' height; its node is moved by 5 m, and its colour is linear.
+fn gltf() -> String {
+    let mut buffer = Vec::new();
+    let positions: [f32; 9] = [0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 2.0, 0.0];
+    let places: [f32; 6] = [0.0, 1.0, 1.0, 1.0, 0.0, 0.0];
+    positions.iter().chain(&places).for_each(|x| buffer.extend(x.to_le_bytes()));
+    [0u16, 1, 2].iter().for_each(|x| buffer.extend(x.to_le_bytes()));
+    format!(
+        r#"{{"asset": {{"version": "2.0"}}, "scene": 0, "scenes": [{{"nodes": [0]}}],
+        "nodes": [{{"mesh": 0, "translation": [5, 0, 0]}}],
+        "meshes": [{{"primitives": [{{"attributes": {{"POSITION": 0, "TEXCOORD_0": 1}}, "indices": 2, "material": 0}}]}}],
+        "materials": [{{"pbrMetallicRoughness": {{"baseColorFactor": [0.2158605, 1, 0, 1],
+            "baseColorTexture": {{"index": 0}}}}}}],
+        "textures": [{{"source": 0}}], "images": [{{"uri": "wood.png"}}],
+        "accessors": [
+            {{"bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3", "min": [0, 0, 0], "max": [1, 2, 0]}},
+            {{"bufferView": 1, "componentType": 5126, "count": 3, "type": "VEC2"}},
+            {{"bufferView": 2, "componentType": 5123, "count": 3, "type": "SCALAR"}}],
+        "bufferViews": [{{"buffer": 0, "byteOffset": 0, "byteLength": 36}}, {{"buffer": 0, "byteOffset": 36, "byteLength": 24}},
+            {{"buffer": 0, "byteOffset": 60, "byteLength": 6}}],
+        "buffers": [{{"byteLength": {}, "uri": "data:application/octet-stream;base64,{}"}}]}}"#,
+        buffer.len(),
+        STANDARD.encode(&buffer)
+    )
+}
+
+/// An image of one brown pixel, and the materials of the OBJ file.
+fn beside(name: &str) -> Option<Vec<u8>> {
+    match name {
+        "a.mtl" => Some(MTL.into()),
+        "wood.png" => {
+            let mut out = std::io::Cursor::new(Vec::new());
+            image::RgbaImage::from_pixel(1, 1, image::Rgba([90, 60, 30, 255]))
+                .write_to(&mut out, image::ImageOutputFormat::Png)
+                .ok()?;
+            Some(out.into_inner())
+        }
+        _ => None,
+    }
+}
+
+fn good(bytes: &[u8]) -> Model {
+    let read = read("", bytes, &beside).unwrap();
+    assert_eq!(read.notes, Vec::<String>::new());
+    read.model
+}
+
+#[test]
+fn all_formats_give_the_same_triangle() {
+    let points = vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 2.0, 0.0]];
+    let mut binary = vec![b'x'; 80];
+    binary.extend(1u32.to_le_bytes());
+    for x in [0.0f32, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 2.0, 0.0] {
+        binary.extend(x.to_le_bytes());
+    }
+    binary.extend([0, 0]);
+    let misleading = [b"solid of a program that calls all files so".as_slice(), &binary[42..]].concat();
+    for bytes in [STL.as_bytes(), PLY.as_bytes(), OBJ.as_bytes(), &binary, &misleading] {
+        assert_eq!(good(bytes).pieces[0].points, points);
+        assert_eq!(good(bytes).pieces[0].triangles, [[0, 1, 2]]);
+    }
+    assert_eq!(good(b"v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3 4\n").pieces[0].triangles.len(), 2);
+    let fan = good(PLY.replace("3 0 1 2", "4 0 1 2 1").as_bytes());
+    assert_eq!(fan.pieces[0].triangles, [[0, 1, 2], [0, 2, 1]]);
+}
+
+/// Numbers written with all digits are read back exactly, and points keep their order.
+#[test]
+fn numbers_of_ply_are_exact() {
+    let text = PLY.replace("1 0 0 9", "0.1 1e-300 -123456.78901234567 9");
+    assert_eq!(good(text.as_bytes()).pieces[0].points[1], [0.1, 1e-300, -123456.78901234567]);
+    let text = PLY.replace("uchar red", "float s\nproperty float t").replace(" 9\n", " 0.25 0.5\n");
+    assert_eq!(good(text.as_bytes()).pieces[0].coordinates, [[0.25, 0.5]; 3]);
+}
+
+#[test]
+fn materials_of_obj_are_pieces() {
+    let [red, wood] = &good(OBJ.as_bytes()).pieces[..] else { panic!("two materials") };
+    assert_eq!((red.color, red.picture.is_some()), (Some([1.0, 0.0, 0.0]), false));
+    assert_eq!(wood.coordinates, [[0.0, 0.0], [0.0, 1.0], [1.0, 0.0]]);
+    assert_eq!(wood.picture.as_ref().unwrap().rgba, [90, 60, 30, 255]);
+    let alone = read("", OBJ.as_bytes(), &|_| None).unwrap();
+    assert_eq!((alone.model.pieces.len(), alone.notes.len()), (1, 1), "{:?}", alone.notes);
+    let without = read("", OBJ.as_bytes(), &|name| beside(name).filter(|_| name == "a.mtl")).unwrap();
+    assert_eq!(without.model.pieces.len(), 2);
+    assert!(without.notes[0].contains("`wood.png`"), "{:?}", without.notes);
+}
+
+#[test]
+fn nodes_of_collada_place_geometries() {
+    let [wood, green] = &good(DAE.as_bytes()).pieces[..] else { panic!("two materials") };
+    assert_eq!((wood.points.len(), wood.triangles.len(), green.triangles.len()), (8, 4, 2));
+    // Lifted by a metre and turned: x became y.
+    let near = |p: [f64; 3], q: [f64; 3]| p.iter().zip(q).all(|(a, b)| (a - b).abs() < 1e-12);
+    assert!(near(wood.points[1], [0.0, 1.0, 1.0]) && near(wood.points[2], [-2.0, 1.0, 1.0]), "{:?}", wood.points);
+    // Mirrored, and its outside is still above.
+    assert!(near(wood.points[5], [-1.0, 0.0, 0.0]));
+    let up = |t: [u32; 3]| {
+        let [a, b, c] = t.map(|i| nalgebra::Vector3::from(wood.points[i as usize]));
+        (b - a).cross(&(c - a)).z
+    };
+    assert!(wood.triangles.iter().all(|t| up(*t) > 0.0));
+    assert_eq!(wood.coordinates[..4], [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]]);
+    assert_eq!(wood.picture.as_ref().unwrap().columns, 1);
+    assert_eq!(green.color, Some([0.0, 1.0, 0.0]));
+    assert!(good(DAE.replace("Z_UP", "Y_UP").as_bytes()).y_up);
+}
+
+#[test]
+fn nodes_of_gltf_place_meshes() {
+    let mut model = good(gltf().as_bytes());
+    let piece = &model.pieces[0];
+    assert_eq!(piece.points[1], [6.0, 0.0, 0.0]);
+    assert_eq!(piece.coordinates, [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]], "the image begins below");
+    let [r, g, b] = piece.color.unwrap();
+    assert!((r - 0.502).abs() < 1e-3 && (g - 1.0).abs() < 1e-9 && b == 0.0, "{r} {g} {b}");
+    assert!(piece.picture.is_some());
+    model.stand();
+    assert_eq!(model.pieces[0].points[2], [5.0, 0.0, 2.0], "what was up is up");
+}
+
+/// The same as a binary file, with the numbers behind the text.
+#[test]
+fn binary_gltf_is_the_same() {
+    let text = gltf();
+    let (before, after) = text.split_once(", \"uri\": \"data:application/octet-stream;base64,").unwrap();
+    let (data, after) = after.split_once('"').unwrap();
+    let json = format!("{before}{after}");
+    let body = STANDARD.decode(data).unwrap();
+    let mut bytes = b"glTF\x02\0\0\0".to_vec();
+    bytes.extend((28 + json.len() + body.len()).to_le_bytes().iter().take(4));
+    for (kind, chunk) in [(b"JSON", json.as_bytes()), (b"BIN\0", &body)] {
+        bytes.extend((chunk.len() as u32).to_le_bytes());
+        bytes.extend(kind);
+        bytes.extend(chunk);
+    }
+    assert_eq!(good(&bytes), good(text.as_bytes()));
+    for n in 0..bytes.len() {
+        let _ = read("", &bytes[..n], &beside);
+        let mut wrong = bytes.clone();
+        wrong[n] ^= 0x55;
+        let _ = read("", &wrong, &beside);
+    }
+}
+
+/// Files that end early, and with one wrong byte at each place: an error or a model, and no panic.
+#[test]
+fn cut_and_wrong_files_are_errors() {
+    for text in [STL, PLY, OBJ, DAE, &gltf()] {
+        for n in 0..text.len() {
+            let _ = read("", &text.as_bytes()[..n], &beside);
+            for wrong in [21, b'9', b'-'] {
+                let mut bytes = text.as_bytes().to_vec();
+                bytes[n] = if wrong == 21 { bytes[n] ^ wrong } else { wrong };
+                let _ = read("", &bytes, &beside);
+            }
+        }
+    }
+    let wrong = |text: String| read("", text.as_bytes(), &beside).unwrap_err();
+    assert!(wrong(PLY.replace("element vertex 3", "element vertex 4000000000")).contains("4000000000"));
+    assert!(wrong(PLY.replace("3 0 1 2", "3 0 1 7")).contains("does not exist"));
+    assert!(wrong(DAE.replace("<p>0 1 2</p>", "<p>0 1 9</p>")).contains("position 9"));
+    assert!(wrong(DAE.replace("<vcount>4", "<vcount>5")).contains("corners"));
+    assert!(wrong(gltf().replace("\"byteLength\": 36", "\"byteLength\": 24")).contains("glTF"));
+    let round = DAE.replace("<node><matrix>", "<node id='x'><instance_node url='#x'/><matrix>");
+    assert!(wrong(round).contains("nodes within nodes"));
+    assert!(read("", b"v 0 0 0\n", &beside).is_err() && read("", b"", &beside).is_err());
+}

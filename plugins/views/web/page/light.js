@@ -1,0 +1,150 @@
+// @ts-check
+// Light, sky and floor, as the pictures of `tatu look` have them: one lamp, light from the sky and from the ground, a little
+// from the eye, and haze towards the horizon. The numbers are those of core/render/src/light.rs.
+
+import * as THREE from "three";
+
+/** Towards the lamp. */
+export const LAMP = new THREE.Vector3(0.3, -0.6, 1).normalize();
+const dark = matchMedia("(prefers-color-scheme: dark)");
+/** Colors of the sky, linear; they follow the theme. */
+const sky = { tatuHorizon: { value: new THREE.Color() }, tatuZenith: { value: new THREE.Color() } };
+/** Height of the floor that is drawn for a scene without one; what lies on it has its lines, too. */
+const floorHeight = { value: 0 };
+/** By how much the angle of the camera is smaller than usual: distances count for less then. */
+export const zoom = { value: 1 };
+
+function paint() {
+  const [horizon, zenith] = dark.matches ? [[0.035, 0.043, 0.055], [0.01, 0.014, 0.02]] : [[0.8, 0.86, 0.92], [0.3, 0.47, 0.72]];
+  sky.tatuHorizon.value.fromArray(horizon ?? []);
+  sky.tatuZenith.value.fromArray(zenith ?? []);
+}
+paint();
+
+/**
+ * Calls `f` after the theme has changed.
+ * @param {() => void} f
+ */
+export function onTheme(f) {
+  dark.addEventListener("change", () => {
+    paint();
+    f();
+  });
+}
+
+const VERTEX = `
+vec4 tatuAt = vec4(transformed, 1.0);
+#ifdef USE_INSTANCING
+  tatuAt = instanceMatrix * tatuAt;
+#endif
+vTatuAt = (modelMatrix * tatuAt).xyz;
+`;
+
+const HEAD = `
+varying vec3 vTatuAt;
+uniform vec3 tatuHorizon;
+uniform float tatuFloor, tatuZoom;
+
+// How much a grid of lines darkens a point: lines that are narrower than a pixel are fainter, and fade where they would be
+// too close together.
+float tatuLines(vec2 p, vec2 reach, float spacing, float width, float strength) {
+  vec2 off = abs(p - round(p / spacing) * spacing);
+  vec2 covered = max(min(off + reach / 2.0, vec2(width / 2.0)) - max(off - reach / 2.0, vec2(-width / 2.0)), 0.0) / reach;
+  vec2 thin = max(1.0 - off / reach, 0.0) * sqrt(width / reach);
+  vec2 seen = min(mix(covered, thin, step(vec2(width), reach)), 1.0);
+  vec2 fade = clamp(1.0 - 5.0 * reach / spacing, 0.0, 1.0);
+  return strength * max(seen.x * fade.x, seen.y * fade.y);
+}
+
+vec3 tatuLight(vec3 color, vec3 n, vec3 eye, float lamp, float far) {
+  float gloss = 0.12;
+  #ifndef TATU_CROWD
+  vec2 reach = max(abs(dFdx(vTatuAt.xy)) + abs(dFdy(vTatuAt.xy)), vec2(1e-6));
+  if (n.z > 0.999 && (abs(vTatuAt.z) < 1e-3 || abs(vTatuAt.z - tatuFloor) < 1e-4)) {
+    gloss = 0.0;
+    color *= 1.0 - max(tatuLines(vTatuAt.xy, reach, 1.0, 0.012, 0.34), tatuLines(vTatuAt.xy, reach, 0.1, 0.004, 0.14));
+  }
+  #endif
+  vec3 to = normalize(vec3(0.3, -0.6, 1.0));
+  vec3 above = vec3(0.40, 0.43, 0.48);
+  float facing = max(dot(n, eye), 0.0);
+  vec3 light = mix(vec3(0.30, 0.29, 0.28), above, 0.5 + 0.5 * n.z) + 0.10 * facing;
+  light += vec3(0.80, 0.77, 0.71) * max(dot(n, to), 0.0) * lamp;
+  float mirrored = gloss * pow(max(dot(n, normalize(to + eye)), 0.0), 40.0) * lamp;
+  vec3 rim = above * pow(1.0 - facing, 4.0) * gloss * 0.5;
+  float share = tatuZoom * far / (60.0 + 8.0 * tatuZoom * abs(cameraPosition.z));
+  return mix(min(color * light + mirrored + rim, 1.0), tatuHorizon, 1.0 - exp(-share * share));
+}
+`;
+
+const LIT = `
+vec3 tatuTo = cameraPosition - vTatuAt;
+float tatuFar = length(tatuTo);
+vec3 tatuEye = tatuTo / max(tatuFar, 1e-6);
+vec3 tatuNormal = inverseTransformDirection(normal, viewMatrix);
+vec3 outgoingLight = tatuLight(diffuseColor.rgb, tatuNormal, tatuEye, getShadowMask(), tatuFar);
+`;
+
+/** @param {{ vertexShader: string, fragmentShader: string, uniforms: { [name: string]: { value: unknown } } }} shader */
+function compile(shader) {
+  Object.assign(shader.uniforms, sky, { tatuFloor: floorHeight, tatuZoom: zoom });
+  shader.vertexShader = `varying vec3 vTatuAt;\n${shader.vertexShader}`.replace("#include <project_vertex>", `#include <project_vertex>\n${VERTEX}`);
+  const sum = "vec3 outgoingLight = reflectedLight.directDiffuse + reflectedLight.indirectDiffuse + totalEmissiveRadiance;";
+  shader.fragmentShader = shader.fragmentShader
+    .replace("void main() {", `#include <shadowmask_pars_fragment>\n${HEAD}\nvoid main() {`)
+    .replace(/#include <lights_(lambert_fragment|fragment_begin|fragment_maps|fragment_end)>/g, "")
+    .replace(sum, LIT);
+}
+
+/**
+ * A material of the scene. With `many`, for large scenes, it has no lines of the floor.
+ * @param {THREE.MeshLambertMaterialParameters} parameters
+ */
+export function lit(parameters, many = false) {
+  const material = new THREE.MeshLambertMaterial(parameters);
+  if (many) material.defines = { TATU_CROWD: "" };
+  material.onBeforeCompile = compile;
+  return material;
+}
+
+/** The sky, behind everything. */
+export const dome = new THREE.Mesh(
+  new THREE.BoxGeometry(2, 2, 2),
+  new THREE.ShaderMaterial({
+    uniforms: sky,
+    vertexShader: `
+      varying vec3 vTo;
+      void main() {
+        vTo = (modelMatrix * vec4(position, 0.0)).xyz;
+        vec4 at = projectionMatrix * mat4(mat3(viewMatrix)) * vec4(position, 1.0);
+        gl_Position = at.xyww;
+      }`,
+    fragmentShader: `
+      varying vec3 vTo;
+      uniform vec3 tatuHorizon, tatuZenith;
+      void main() {
+        float height = max(normalize(vTo).z, 0.0);
+        gl_FragColor = vec4(mix(tatuHorizon, tatuZenith, pow(min(height * 1.4, 1.0), 0.7)), 1.0);
+        #include <colorspace_fragment>
+      }`,
+    side: THREE.BackSide,
+    depthWrite: false,
+    depthTest: false,
+  }),
+);
+dome.frustumCulled = false;
+dome.renderOrder = -1;
+
+/** The floor of a scene that has none. */
+export const floor = new THREE.Mesh(new THREE.PlaneGeometry(4000, 4000), lit({ color: new THREE.Color(0.42, 0.42, 0.42) }));
+floor.receiveShadow = true;
+
+/**
+ * Lays the floor at a height; `shown` as long as the scene has no plane.
+ * @param {number} height
+ * @param {boolean} shown
+ */
+export function lay(height, shown) {
+  floor.position.z = floorHeight.value = height;
+  floor.visible = shown;
+}

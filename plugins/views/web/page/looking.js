@@ -1,0 +1,161 @@
+// @ts-check
+// The camera by buttons and keys: all or a selection, standard views, parallel projection, following a robot.
+
+import * as THREE from "three";
+import { get, make } from "tatu/dom";
+import { on } from "tatu/net";
+import { groups } from "tatu/objects";
+import { selected, selection, watch } from "tatu/store";
+import { camera, controls, fit, hitAt, host, redraw, renderer } from "tatu/view";
+
+/** Fits the selection, or everything, into the view. */
+export function fitSelection() {
+  const all = selection().flatMap((id) => groups.get(id) ?? []);
+  fit(all.length ? all : undefined);
+}
+get("fit").onclick = fitSelection;
+
+/** Directions to the camera, by the key of a view. A view from above is turned so that y is up. */
+const VIEWS = /** @type {const} */ ({
+  1: ["Front", [1, 0, 0]], 2: ["Back", [-1, 0, 0]], 3: ["Left", [0, 1, 0]], 4: ["Right", [0, -1, 0]],
+  5: ["Top", [0, -1e-4, 1]], 6: ["Bottom", [0, -1e-4, -1]], 7: ["Corner", [-0.55, -0.65, 0.5]],
+});
+
+/**
+ * Looks at the same point, from as far, in another direction.
+ * @param {readonly [number, number, number] | readonly number[]} direction
+ */
+function lookAlong(direction) {
+  const far = camera.position.distanceTo(controls.target);
+  const [x = 0, y = 0, z = 1] = direction;
+  camera.position.copy(controls.target).addScaledVector(new THREE.Vector3(x, y, z).normalize(), far);
+  controls.update();
+  redraw();
+}
+
+// A parallel projection is the same camera from far away.
+const WIDE = 50;
+const NARROW = 1.5;
+const flat = get("flat");
+flat.onclick = () => {
+  const is = flat.getAttribute("aria-pressed") !== "true";
+  flat.setAttribute("aria-pressed", String(is));
+  const half = (/** @type {number} */ angle) => Math.tan((angle * Math.PI) / 360);
+  const fov = is ? NARROW : WIDE;
+  const away = camera.position.clone().sub(controls.target).multiplyScalar(half(camera.fov) / half(fov));
+  const scale = half(camera.fov) / half(fov);
+  Object.assign(camera, { fov, near: camera.near * scale, far: camera.far * scale });
+  camera.position.copy(controls.target).add(away);
+  camera.updateProjectionMatrix();
+  controls.update();
+  redraw();
+};
+
+// Follow: the camera keeps its place beside the object and turns with it.
+const follow = get("follow");
+/** @type {{ at: THREE.Vector3, heading: number } | null} */
+let last = null;
+/** The one that is followed stays the same, whatever is selected meanwhile. */
+let followed = 0;
+/** @param {boolean} is */
+function setFollow(is) {
+  follow.setAttribute("aria-pressed", String(is));
+  followed = is ? selected() : 0;
+  last = null;
+}
+follow.onclick = () => setFollow(follow.getAttribute("aria-pressed") !== "true");
+watch("scene", () => { if (followed && !groups.has(followed)) setFollow(false); });
+
+const ahead = new THREE.Vector3();
+/**
+ * Which way an object looks, on the floor; that of a thing whose x axis stands upright does not matter.
+ * @param {THREE.Object3D} object
+ * @param {number} before
+ */
+function headingOf(object, before) {
+  ahead.set(1, 0, 0).transformDirection(object.matrixWorld);
+  return Math.hypot(ahead.x, ahead.y) > 0.2 ? Math.atan2(ahead.y, ahead.x) : before;
+}
+
+on("frame", () => {
+  if (follow.getAttribute("aria-pressed") === "true") {
+    followed ||= selected();
+    const group = groups.get(followed);
+    if (group) {
+      group.updateWorldMatrix(true, false);
+      const at = group.getWorldPosition(new THREE.Vector3());
+      const heading = headingOf(group, last?.heading ?? 0);
+      if (last) {
+        const way = at.clone().sub(last.at);
+        const turn = heading - last.heading;
+        const about = new THREE.Vector3(0, 0, 1);
+        for (const point of [camera.position, controls.target]) point.add(way).sub(at).applyAxisAngle(about, turn).add(at);
+        controls.update();
+      }
+      last = { at, heading };
+    }
+  } else last = null;
+  redraw();
+});
+
+// A double click looks at the point that is seen there.
+renderer.domElement.addEventListener("dblclick", (e) => {
+  const hit = hitAt(e);
+  if (!hit) return;
+  const way = hit.point.clone().sub(controls.target);
+  controls.target.add(way);
+  camera.position.add(way);
+  controls.update();
+  redraw();
+});
+
+/** Angle of a step of the camera, rad, and the parts of its distance by which it moves and comes closer. */
+const STEP = Math.PI / 24;
+const PAN = 0.06;
+const CLOSER = 1.15;
+/**
+ * Turns, moves or brings closer the camera: with Alt, so that no key of the simulation is taken.
+ * @param {KeyboardEvent} e
+ */
+function byKey(e) {
+  const away = camera.position.clone().sub(controls.target);
+  const sideways = { ArrowLeft: -1, ArrowRight: 1 }[e.key] ?? 0;
+  const upward = { ArrowUp: 1, ArrowDown: -1 }[e.key] ?? 0;
+  const right = new THREE.Vector3().setFromMatrixColumn(camera.matrix, 0);
+  if (sideways || upward) {
+    if (e.shiftKey) {
+      const up = new THREE.Vector3().setFromMatrixColumn(camera.matrix, 1);
+      const reach = PAN * away.length() * Math.tan((camera.fov * Math.PI) / 360) * 2;
+      const way = right.multiplyScalar(sideways * reach).addScaledVector(up, upward * reach);
+      controls.target.add(way);
+    } else {
+      away.applyAxisAngle(new THREE.Vector3(0, 0, 1), sideways * STEP);
+      const tilt = Math.acos(Math.min(1, Math.max(-1, away.z / away.length())));
+      const next = Math.min(Math.PI - 0.02, Math.max(0.02, tilt - upward * STEP));
+      away.applyAxisAngle(new THREE.Vector3(0, 0, 1).cross(away).normalize(), next - tilt);
+    }
+  } else if (e.key === "+" || e.key === "=") away.divideScalar(CLOSER);
+  else if (e.key === "-") away.multiplyScalar(CLOSER);
+  else return false;
+  camera.position.copy(controls.target).add(away);
+  controls.update();
+  redraw();
+  return true;
+}
+
+host.addEventListener("keydown", (e) => {
+  if (!e.altKey || e.ctrlKey || e.metaKey) return;
+  const view = VIEWS[/** @type {keyof typeof VIEWS} */ (Number(e.code.replace("Digit", "")))];
+  if (view) lookAlong(view[1]);
+  else if (!byKey(e)) return;
+  e.preventDefault();
+  e.stopPropagation();
+});
+
+const views = get("views", HTMLSelectElement);
+for (const [key, [name]] of Object.entries(VIEWS)) views.append(make("option", { value: key, textContent: `${name} (Alt+${key})` }));
+views.onchange = () => {
+  const view = VIEWS[/** @type {keyof typeof VIEWS} */ (Number(views.value))];
+  if (view) lookAlong(view[1]);
+  views.value = "";
+};

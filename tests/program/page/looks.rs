@@ -1,0 +1,144 @@
+//! Compares what the page shows with the pictures of `tatu look`, from the same camera, in a browser.
+
+use base64::{Engine as _, engine::general_purpose::STANDARD};
+
+use super::program::Served;
+use crate::{
+    kit::browser::{Page, browser},
+    kit::*,
+};
+
+/// Scenes of the sheet in the guide.
+const SCENES: [&str; 10] = [
+    "scenes/first/pioneer_avoids_walls.toml",
+    "scenes/course/kinect_capture.toml",
+    "scenes/showcase/maze.toml",
+    "scenes/showcase/line_following.toml",
+    "scenes/showcase/conveyor_sorting.toml",
+    "scenes/showcase/drone_course.toml",
+    "scenes/showcase/humanoid_pushed.toml",
+    "scenes/showcase/balancing.toml",
+    "scenes/showcase/pick_and_place.toml",
+    "scenes/showcase/quadruped_over_bumps.toml",
+];
+
+/// A picture of red, green and blue.
+struct Rgb {
+    columns: usize,
+    rows: usize,
+    bytes: Vec<u8>,
+}
+
+impl Rgb {
+    fn read(png: &[u8]) -> Rgb {
+        let mut reader = png::Decoder::new(png).read_info().unwrap();
+        let mut bytes = vec![0; reader.output_buffer_size()];
+        let info = reader.next_frame(&mut bytes).unwrap();
+        bytes.truncate(info.buffer_size());
+        if info.color_type == png::ColorType::Rgba {
+            bytes = bytes.chunks_exact(4).flat_map(|p| [p[0], p[1], p[2]]).collect();
+        }
+        Rgb { columns: info.width as usize, rows: info.height as usize, bytes }
+    }
+    fn pixels(&self) -> impl Iterator<Item = [u8; 3]> {
+        self.bytes.chunks_exact(3).map(|p| [p[0], p[1], p[2]])
+    }
+}
+
+/// Returns CIE L*a*b* of a pixel, for sRGB and its white.
+fn lab(pixel: [u8; 3]) -> [f64; 3] {
+    let [r, g, b] = pixel.map(|x| f64::from(x) / 255.0).map(|x| match x <= 0.04045 {
+        true => x / 12.92,
+        false => ((x + 0.055) / 1.055).powf(2.4),
+    });
+    let xyz = [
+        (0.4124564 * r + 0.3575761 * g + 0.1804375 * b) / 0.95047,
+        0.2126729 * r + 0.7151522 * g + 0.0721750 * b,
+        (0.0193339 * r + 0.1191920 * g + 0.9503041 * b) / 1.08883,
+    ];
+    let [x, y, z] = xyz.map(|t| if t > 0.008856 { t.cbrt() } else { 7.787 * t + 16.0 / 116.0 });
+    [116.0 * y - 16.0, 500.0 * (x - y), 200.0 * (y - z)]
+}
+
+/// Returns the pictures of a scene in the page and by `tatu look`.
+fn both(scene: &str, size: [u32; 2]) -> [Rgb; 2] {
+    let served = Served::new(root(), &["open", scene, "--no-browser"]);
+    let mut page = Page::open(&browser(), &served.url);
+    page.until("document.readyState === 'complete' && (document.getElementById('name')?.textContent ?? '') !== ''");
+    let [columns, rows] = size;
+    // What sensors are drawn as is left out, and the picture has its size whatever the window has.
+    let shown = page.js(&format!(
+        "(async () => {{ const v = await import('tatu/view'); const frame = () => new Promise(requestAnimationFrame); \
+         for (let i = 0; i < 100 && v.camera.position.x === 3; i++) await frame(); \
+         document.getElementById('rays').click(); v.renderer.setPixelRatio(1); \
+         v.renderer.setSize({columns}, {rows}); v.camera.aspect = {columns} / {rows}; v.camera.updateProjectionMatrix(); \
+         v.redraw(); await frame(); await frame(); await frame(); \
+         return [v.camera.position.toArray(), v.controls.target.toArray(), v.camera.fov, \
+         v.renderer.domElement.toDataURL('image/png').split(',')[1]]; }})()"
+    ));
+    let place = Place::new();
+    let numbers = |i: usize| {
+        let all: Vec<String> = shown[i].as_array().unwrap().iter().map(|x| x.as_f64().unwrap().to_string()).collect();
+        all.join(",")
+    };
+    let upright = (shown[2].as_f64().unwrap().to_radians() / 2.0).tan();
+    let fov = 2.0 * (upright * f64::from(columns) / f64::from(rows)).atan().to_degrees();
+    let out = place.path().join("look.png");
+    let args = [
+        format!("--from={}", numbers(0)),
+        format!("--to={}", numbers(1)),
+        format!("--fov={fov}"),
+        format!("--size={columns}x{rows}"),
+        format!("-o={}", out.display()),
+    ];
+    let mut look = std::process::Command::new(env!("CARGO_BIN_EXE_tatu"));
+    succeed(look.current_dir(root()).args(["look", scene]).args(args));
+    let png = STANDARD.decode(shown[3].as_str().unwrap()).unwrap();
+    [Rgb::read(&png), Rgb::read(&std::fs::read(out).unwrap())]
+}
+
+/// Returns the median and the 90th percentile of the color difference (CIE76).
+fn difference([page, look]: &[Rgb; 2]) -> [f64; 2] {
+    assert_eq!((page.columns, page.rows), (look.columns, look.rows));
+    let mut all: Vec<f64> = page
+        .pixels()
+        .zip(look.pixels())
+        .map(|(a, b)| lab(a).iter().zip(lab(b)).map(|(x, y)| (x - y) * (x - y)).sum::<f64>().sqrt())
+        .collect();
+    all.sort_by(f64::total_cmp);
+    [0.5, 0.9].map(|share| all[(share * all.len() as f64) as usize])
+}
+
+#[test]
+#[cfg_attr(no_browser, ignore = "needs Chromium, and npm at the build")]
+fn the_page_looks_like_the_pictures() {
+    for scene in ["scenes/first/pioneer_avoids_walls.toml", "scenes/course/kinect_capture.toml"] {
+        let [median, most] = difference(&both(scene, [480, 300]));
+        assert!(median < 3.0 && most < 12.0, "{scene}: {median:.1}, {most:.1}");
+    }
+}
+
+#[test]
+#[ignore = "makes the picture of the guide: docs/pictures.sh"]
+fn sheet_for_the_guide() {
+    let (columns, rows) = (300, 188);
+    let (across, down) = (4, SCENES.len().div_ceil(2));
+    let mut sheet = vec![255; across * columns * down * rows * 3];
+    for (i, scene) in SCENES.iter().enumerate() {
+        let pair = both(scene, [columns as u32, rows as u32]);
+        let [median, most] = difference(&pair);
+        println!("{scene}: median {median:.1}, 90 % below {most:.1}");
+        for (k, picture) in pair.iter().enumerate() {
+            let (x, y) = ((2 * (i % 2) + k) * columns, i / 2 * rows);
+            for row in 0..rows {
+                let to = ((y + row) * across * columns + x) * 3;
+                sheet[to..to + 3 * columns].copy_from_slice(&picture.bytes[3 * row * columns..][..3 * columns]);
+            }
+        }
+    }
+    let file = std::fs::File::create(root().join("docs/images/page_looks.png")).unwrap();
+    let mut encoder = png::Encoder::new(file, (across * columns) as u32, (down * rows) as u32);
+    encoder.set_color(png::ColorType::Rgb);
+    encoder.set_compression(png::Compression::Best);
+    encoder.write_header().unwrap().write_image_data(&sheet).unwrap();
+}

@@ -1,0 +1,122 @@
+//! Tests of what the page draws over a scene, of the camera, and of what a screen reader is told, in a browser.
+
+use serde_json::{Value, json};
+
+use super::drive::Shown;
+
+/// A block of 2 kg that stands, and a ball that flies away.
+const SCENE: &str = "[[object]]\nkind = \"shape\"\nalias = \"floor\"\nprimitive = \"plane\"\nrespondable = true\n\
+    [[object]]\nkind = \"shape\"\nalias = \"block\"\nsize_m = [0.2, 0.2, 0.2]\nposition_m = [0.0, 0.0, 0.1]\n\
+    dynamic = true\nrespondable = true\nmass_kg = 2.0\n\
+    [[object]]\nkind = \"shape\"\nalias = \"ball\"\nprimitive = \"sphere\"\nsize_m = [0.1, 0.1, 0.1]\n\
+    position_m = [1.0, 0.0, 2.0]\ndynamic = true\nmass_kg = 1.0\ninitial_velocity_m_s = [0.0, 0.0, 150.0]\n";
+
+/// Lines of a color that are drawn over the scene, as ends of segments.
+fn lines(color: &str) -> String {
+    format!(
+        "(() => {{ const out = []; view.stage.traverse((x) => {{ if (x.isLineSegments && \
+         x.material.color.getHexString() === '{color}' && x.material.depthTest === false) \
+         out.push(...x.geometry.attributes.position.array); }}); return out; }})()"
+    )
+}
+
+/// Switches an overlay by its place in the menu.
+fn switch(shown: &mut Shown, index: usize) {
+    shown.page.click_on("#overlays");
+    shown.page.js(&format!("document.querySelectorAll('#overlay-menu input')[{index}].click()"));
+    shown.page.click_on("#overlays");
+}
+
+#[test]
+#[cfg_attr(no_browser, ignore = "needs Chromium, and npm at the build")]
+fn overlays_show_forces_masses_and_velocities() {
+    let mut shown = Shown::new(SCENE);
+    shown.until("of('block') && view.camera.position.x !== 3");
+    switch(&mut shown, 0);
+    switch(&mut shown, 2);
+    shown.page.click_on("#play");
+    // Four corners, or fewer, carry 2 kg: the forces that the program tells add up to its weight.
+    let sum = "await new Promise((done) => net.on('overlays', (m) => { const f = m.contacts.filter((c) => \
+               c.pair.includes(of('block').id)).map((c) => Math.abs(c.force[2])); \
+               const s = f.reduce((a, b) => a + b, 0); if (Math.abs(s - 19.62) < 0.2) done(s); }))";
+    assert!(shown.ask(sum).as_f64().is_some());
+    shown.until(&format!("{}.length >= 18", lines("e0352b")));
+    shown.until(&format!("{}.length === 18", lines("2b7de0")));
+    shown.page.click_on("#stop");
+    shown.until(&format!("{}.length === 0", lines("e0352b")));
+    shown.end();
+}
+
+#[test]
+#[cfg_attr(no_browser, ignore = "needs Chromium, and npm at the build")]
+fn a_body_that_flies_apart_is_told_of_once() {
+    let mut shown = Shown::new(SCENE);
+    shown.until("of('block') && view.camera.position.x !== 3");
+    shown.page.click_on("#play");
+    let told =
+        "[...document.querySelectorAll('#output .warning')].filter((l) => l.textContent.includes('`ball` moves at'))";
+    shown.until(&format!("{told}.length === 1"));
+    assert!(shown.page.js("document.getElementById('last-line').textContent").as_str().unwrap().contains("`ball`"));
+    shown.page.js(&format!("{told}[0].querySelector('button').click()"));
+    shown.until("store.selected() === of('ball').id");
+    shown.until("document.getElementById('time').textContent > '00:00:03'");
+    assert_eq!(shown.page.js(&format!("{told}.length")), 1);
+    shown.end();
+}
+
+#[test]
+#[cfg_attr(no_browser, ignore = "needs Chromium, and npm at the build")]
+fn the_camera_turns_with_whom_it_follows() {
+    let mut shown = Shown::new(SCENE);
+    shown.until("of('block') && view.camera.position.x !== 3");
+    shown.ask("store.select(of('block').id)");
+    shown.page.click_on("#follow");
+    let offset = "(() => { const g = objects.groups.get(of('block').id); g.updateWorldMatrix(true, false); \
+                  return g.worldToLocal(view.camera.position.clone()).toArray(); })()";
+    shown.until("new Promise((done) => net.on('frame', () => done(true)))");
+    let before = shown.ask(offset);
+    // What is selected meanwhile does not matter.
+    shown.ask("store.select(of('ball').id)");
+    for pose in [json!([0.5, 0, 0.1, 0, 0, 0.3826834, 0.9238795]), json!([0.5, 0.7, 0.1, 0, 0, 1, 0])] {
+        shown.ask(&format!("net.call('tatu.set', of('block').id, 'object.pose', {pose})"));
+        shown.until(&format!("Math.abs(objects.groups.get(of('block').id).position.y - {}) < 1e-3", pose[1]));
+        let after = shown.ask(offset);
+        let far = |i: usize| (before[i].as_f64().unwrap() - after[i].as_f64().unwrap()).abs();
+        assert!((0..3).all(|i| far(i) < 1e-2), "{before} {after}");
+    }
+    // From above, in parallel projection: points of one height have one scale.
+    shown.page.click_on("#flat");
+    shown.page.js("(() => { const v = document.getElementById('views'); v.value = '5'; v.onchange(); })()");
+    let across = "(() => { view.camera.updateMatrixWorld(); const x = (z) => \
+                  new three.Vector3(0.7, 0.7, z).project(view.camera).x; return Math.abs(x(0) - x(0.5)); })()";
+    assert!(shown.ask(across).as_f64().unwrap() < 0.01);
+    shown.end();
+}
+
+/// Chromium tells a screen reader the tree with its items, and which one is active.
+#[test]
+#[cfg_attr(no_browser, ignore = "needs Chromium, and npm at the build")]
+fn a_screen_reader_hears_the_tree() {
+    let mut shown = Shown::new(SCENE);
+    shown.until("of('block') && view.camera.position.x !== 3");
+    shown.ask("store.select(of('block').id)");
+    shown.page.js("document.getElementById('tree').focus()");
+    shown.page.send("Accessibility.enable", json!({}));
+    let tree = shown.page.send("Accessibility.getFullAXTree", json!({}));
+    let nodes = tree["nodes"].as_array().unwrap();
+    let named = |node: &Value, role: &str, name: &str| node["role"]["value"] == role && node["name"]["value"] == name;
+    assert!(nodes.iter().any(|n| named(n, "tree", "Scene")));
+    let item = nodes.iter().find(|n| named(n, "treeitem", "block")).expect("the block is an item");
+    assert!(
+        item["properties"].as_array().unwrap().iter().any(|p| p["name"] == "selected" && p["value"]["value"] == true)
+    );
+    let buttons = nodes.iter().filter(|n| n["role"]["value"] == "button" && n["ignored"] == false);
+    for button in buttons {
+        let name = button["name"]["value"].as_str().unwrap_or("");
+        assert!(name.chars().any(char::is_alphabetic), "a button without a name in words: {button}");
+    }
+    let active =
+        "document.getElementById(document.getElementById('tree').getAttribute('aria-activedescendant')).textContent";
+    assert!(shown.page.js(active).as_str().unwrap().contains("block"));
+    shown.end();
+}
