@@ -11,10 +11,10 @@ program's."""
 
 import glob, json, os, re, socket, struct, subprocess, sys, tempfile, threading, time, zipfile
 
-RATE, SECONDS, PASSES = 30, 8, 3
+RATE, SECONDS, PASSES = 30, 8, 2
 BYTES = 640 * 480 * 3
 HERE = os.path.dirname(os.path.abspath(__file__))
-SCENE = """
+SCENE = """format = 1
 [scene]
 dt_s = %r
 [[model]]
@@ -28,11 +28,11 @@ rows = 480
 position_m = [-1.5, 0.0, 0.4]
 quaternion = [0.5, 0.5, 0.5, 0.5]
 %s"""
-OFF = """script.text = '''
+OFF = """script = { text = '''
 function sysCall_init()
     sim.setExplicitHandling(sim.getObject('..'), 1)
 end
-'''
+''' }
 """
 
 
@@ -69,7 +69,7 @@ def legacy_remote(port):
     eye = v.simxGetObjectHandle(client, "eye", v.simx_opmode_blocking)[1]
     size, image = (ctypes.c_int * 2)(), ctypes.POINTER(ctypes.c_byte)()
     # The binding makes a list of each image, which takes longer than an image lasts: its library is called without it.
-    get = lambda mode: v.c_GetVisionSensorImage(client, eye, size, ctypes.byref(image), ctypes.c_byte(0), mode)
+    get = lambda mode: v.c_GetVisionSensorImage(client, eye, size, ctypes.byref(image), 0, mode)
     get(v.simx_opmode_streaming)
     last = [None]
 
@@ -155,7 +155,10 @@ def measure(command, pattern, client):
         while port is None:
             time.sleep(0.05)
             told.seek(0)
-            port = re.search(pattern, told.read())
+            said = told.read()
+            port = re.search(pattern, said)
+            if process.poll() is not None:
+                sys.exit(f"the program ended: {said}")
         time.sleep(1.5)
         begin, used = time.monotonic(), cpu_s(process.pid)
         got = "0"

@@ -121,11 +121,11 @@ fn objects_are_copied_renamed_and_attached() {
     shown.until("store.selected() === of('left').id");
     // Pasted where the pointer is on the ground.
     shown.ctrl("c", 67);
-    let there = shown.pixel("floor", [-0.2, 0.8, 0.0]);
+    let there = shown.pixel("floor", [-0.2, -0.8, 0.0]);
     shown.page.mouse("mouseMoved", there, 0, false);
     shown.ctrl("v", 86);
     shown.until("store.selected() !== of('left').id && store.scene.objects.get(store.selected())?.alias === 'left'");
-    shown.until("(async () => { const [p] = await net.call('tatu.get', store.selected(), 'object.position'); return Math.abs(p[0] + 0.2) < 0.02 && Math.abs(p[1] - 0.8) < 0.02 && Math.abs(p[2] - 0.2) < 1e-6; })()");
+    shown.until("(async () => { const [p] = await net.call('tatu.get', store.selected(), 'object.position'); return Math.abs(p[0] + 0.2) < 0.02 && Math.abs(p[1] + 0.8) < 0.02 && Math.abs(p[2] - 0.2) < 1e-6; })()");
     // Renamed in the tree.
     shown.page.key("F2", 113);
     shown.page.until("document.querySelector('#tree input') !== null");
@@ -140,7 +140,7 @@ fn objects_are_copied_renamed_and_attached() {
     shown.page.mouse("mouseReleased", to, 1, false);
     shown.until("of('mug').parent === of('right').id");
     shown.until(
-        "get('mug', 'object.world_pose').then((p) => Math.abs(p[0] + 0.2) < 0.02 && Math.abs(p[1] - 0.8) < 0.02)",
+        "get('mug', 'object.world_pose').then((p) => Math.abs(p[0] + 0.2) < 0.02 && Math.abs(p[1] + 0.8) < 0.02)",
     );
     let from = shown.page.middle(&mug);
     let empty = shown.page.js("(() => { const b = document.getElementById('tree').getBoundingClientRect(); return [b.left + 40, b.bottom - 20]; })()");

@@ -2,7 +2,7 @@
 
 use base64::{Engine as _, engine::general_purpose::STANDARD};
 
-use super::program::Served;
+use super::{pictures::Rgb, program::Served};
 use crate::{
     kit::browser::{Page, browser},
     kit::*,
@@ -21,29 +21,6 @@ const SCENES: [&str; 10] = [
     "scenes/showcase/pick_and_place.toml",
     "scenes/showcase/quadruped_over_bumps.toml",
 ];
-
-/// A picture of red, green and blue.
-struct Rgb {
-    columns: usize,
-    rows: usize,
-    bytes: Vec<u8>,
-}
-
-impl Rgb {
-    fn read(png: &[u8]) -> Rgb {
-        let mut reader = png::Decoder::new(png).read_info().unwrap();
-        let mut bytes = vec![0; reader.output_buffer_size()];
-        let info = reader.next_frame(&mut bytes).unwrap();
-        bytes.truncate(info.buffer_size());
-        if info.color_type == png::ColorType::Rgba {
-            bytes = bytes.chunks_exact(4).flat_map(|p| [p[0], p[1], p[2]]).collect();
-        }
-        Rgb { columns: info.width as usize, rows: info.height as usize, bytes }
-    }
-    fn pixels(&self) -> impl Iterator<Item = [u8; 3]> {
-        self.bytes.chunks_exact(3).map(|p| [p[0], p[1], p[2]])
-    }
-}
 
 /// Returns CIE L*a*b* of a pixel, for sRGB and its white.
 fn lab(pixel: [u8; 3]) -> [f64; 3] {
@@ -70,9 +47,10 @@ fn both(scene: &str, size: [u32; 2]) -> [Rgb; 2] {
     let shown = page.js(&format!(
         "(async () => {{ const v = await import('tatu/view'); const frame = () => new Promise(requestAnimationFrame); \
          for (let i = 0; i < 100 && v.camera.position.x === 3; i++) await frame(); \
-         document.getElementById('rays').click(); v.renderer.setPixelRatio(1); \
-         v.renderer.setSize({columns}, {rows}); v.camera.aspect = {columns} / {rows}; v.camera.updateProjectionMatrix(); \
-         v.redraw(); await frame(); await frame(); await frame(); \
+         document.getElementById('rays').click(); \
+         Object.assign(v.host.style, {{ width: '{columns}px', height: '{rows}px' }}); \
+         for (let i = 0; i < 100 && v.renderer.domElement.width !== {columns}; i++) await frame(); \
+         v.redraw(); await frame(); await frame(); \
          return [v.camera.position.toArray(), v.controls.target.toArray(), v.camera.fov, \
          v.renderer.domElement.toDataURL('image/png').split(',')[1]]; }})()"
     ));
@@ -100,9 +78,10 @@ fn both(scene: &str, size: [u32; 2]) -> [Rgb; 2] {
 /// Returns the median and the 90th percentile of the color difference (CIE76).
 fn difference([page, look]: &[Rgb; 2]) -> [f64; 2] {
     assert_eq!((page.columns, page.rows), (look.columns, look.rows));
-    let mut all: Vec<f64> = page
-        .pixels()
-        .zip(look.pixels())
+    let pixels = |p: &Rgb| p.bytes.chunks_exact(3).map(|p| [p[0], p[1], p[2]]).collect::<Vec<_>>();
+    let mut all: Vec<f64> = pixels(page)
+        .into_iter()
+        .zip(pixels(look))
         .map(|(a, b)| lab(a).iter().zip(lab(b)).map(|(x, y)| (x - y) * (x - y)).sum::<f64>().sqrt())
         .collect();
     all.sort_by(f64::total_cmp);
@@ -121,7 +100,7 @@ fn the_page_looks_like_the_pictures() {
 #[test]
 #[ignore = "makes the picture of the guide: docs/pictures.sh"]
 fn sheet_for_the_guide() {
-    let (columns, rows) = (300, 188);
+    let (columns, rows) = (240, 150);
     let (across, down) = (4, SCENES.len().div_ceil(2));
     let mut sheet = vec![255; across * columns * down * rows * 3];
     for (i, scene) in SCENES.iter().enumerate() {
@@ -136,9 +115,6 @@ fn sheet_for_the_guide() {
             }
         }
     }
-    let file = std::fs::File::create(root().join("docs/images/page_looks.png")).unwrap();
-    let mut encoder = png::Encoder::new(file, (across * columns) as u32, (down * rows) as u32);
-    encoder.set_color(png::ColorType::Rgb);
-    encoder.set_compression(png::Compression::Best);
-    encoder.write_header().unwrap().write_image_data(&sheet).unwrap();
+    let sheet = Rgb { columns: across * columns, rows: down * rows, bytes: sheet };
+    std::fs::write(root().join("docs/images/page_looks.png"), sheet.png()).unwrap();
 }

@@ -6,13 +6,48 @@ use crate::{
     kit::*,
 };
 
+/// A picture of red, green and blue.
+pub struct Rgb {
+    pub columns: usize,
+    pub rows: usize,
+    pub bytes: Vec<u8>,
+}
+
+impl Rgb {
+    pub fn read(png: &[u8]) -> Rgb {
+        let mut reader = png::Decoder::new(png).read_info().unwrap();
+        let mut bytes = vec![0; reader.output_buffer_size()];
+        let info = reader.next_frame(&mut bytes).unwrap();
+        bytes.truncate(info.buffer_size());
+        if info.color_type == png::ColorType::Rgba {
+            bytes = bytes.chunks_exact(4).flat_map(|p| [p[0], p[1], p[2]]).collect();
+        }
+        Rgb { columns: info.width as usize, rows: info.height as usize, bytes }
+    }
+    /// Returns a small PNG: of each color, the lowest two bits are dropped.
+    pub fn png(&self) -> Vec<u8> {
+        let mut out = Vec::new();
+        let mut encoder = png::Encoder::new(&mut out, self.columns as u32, self.rows as u32);
+        encoder.set_color(png::ColorType::Rgb);
+        encoder.set_compression(png::Compression::Best);
+        encoder.set_adaptive_filter(png::AdaptiveFilterType::Adaptive);
+        let rounded: Vec<u8> = self.bytes.iter().map(|x| (x & 0xFC) | (x >> 6)).collect();
+        encoder.write_header().unwrap().write_image_data(&rounded).unwrap();
+        out
+    }
+}
+
+fn small(png: &[u8]) -> Vec<u8> {
+    Rgb::read(png).png()
+}
+
 #[test]
 #[ignore = "makes the picture of the guide: docs/pictures.sh"]
 fn picture_for_the_guide() {
     let served = Served::new(root(), &["open", "scenes/first/pioneer_looks_around.toml", "--no-browser"]);
     let mut page = Page::open(&browser(), &format!("{}#select=eye&script&play", served.url));
     page.until("(document.querySelector('.cm-content')?.textContent ?? '').includes('cruise')");
-    std::fs::write(root().join("docs/images/page.png"), page.picture([1180, 680])).unwrap();
+    std::fs::write(root().join("docs/images/page.png"), small(&page.picture([1180, 680]))).unwrap();
 }
 
 #[test]
@@ -25,5 +60,5 @@ fn picture_of_a_window() {
     page.click("#fit");
     // The robot is next to the window, not behind it.
     page.js("import('tatu/view').then((v) => { v.camera.setViewOffset(100, 100, -26, 0, 100, 100); v.redraw(); })");
-    std::fs::write(root().join("docs/images/window.png"), page.picture([1180, 620])).unwrap();
+    std::fs::write(root().join("docs/images/window.png"), small(&page.picture([1180, 620]))).unwrap();
 }

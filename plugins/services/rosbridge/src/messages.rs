@@ -259,7 +259,8 @@ impl Source<'_> {
         let rgb = self.turn.reading(s.id, self.p.rgb)?;
         // ROS images begin with the highest row.
         let row = rgb.dims()[1] as usize * 3;
-        let data = rgb.u8s().chunks(row.max(1)).rev().flatten().copied().collect();
+        let rows: Vec<&[u8]> = rgb.u8s().chunks(row.max(1)).rev().collect();
+        let data = rows.concat();
         Ok(self.picture(s, &rgb, "rgb8", 3, data))
     }
 

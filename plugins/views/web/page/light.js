@@ -135,8 +135,36 @@ export const dome = new THREE.Mesh(
 dome.frustumCulled = false;
 dome.renderOrder = -1;
 
+/** Half the side of what stands for an endless plane, m: the haze hides its edge. */
+const REACH = 2048;
+
+/**
+ * An endless plane: its triangles are small in the middle, where things lie on it, because depths within a large triangle
+ * are rounded so much that thin things would flicker.
+ */
+export function endless() {
+  const side = [0];
+  for (let x = 1; x <= REACH; x *= 2) side.push(x, -x);
+  side.sort((a, b) => a - b);
+  const n = side.length;
+  const index = [];
+  for (let i = 0; i + 1 < n; i++) {
+    for (let k = 0; k + 1 < n; k++) {
+      const at = i * n + k;
+      index.push(at, at + n, at + 1, at + 1, at + n, at + n + 1);
+    }
+  }
+  const geometry = new THREE.BufferGeometry();
+  const points = side.flatMap((x) => side.flatMap((y) => [x, y, 0]));
+  geometry.setAttribute("position", new THREE.Float32BufferAttribute(points, 3));
+  geometry.setAttribute("normal", new THREE.Float32BufferAttribute(points.map((_, i) => (i % 3 === 2 ? 1 : 0)), 3));
+  geometry.setIndex(index);
+  // What others know a plane by.
+  return Object.assign(geometry, { type: "PlaneGeometry" });
+}
+
 /** The floor of a scene that has none. */
-export const floor = new THREE.Mesh(new THREE.PlaneGeometry(4000, 4000), lit({ color: new THREE.Color(0.42, 0.42, 0.42) }));
+export const floor = new THREE.Mesh(endless(), lit({ color: new THREE.Color(0.42, 0.42, 0.42) }));
 floor.receiveShadow = true;
 
 /**

@@ -4,7 +4,7 @@
 import * as THREE from "three";
 import { MANY, gather, hang, isLarge, scatter } from "tatu/crowd";
 import { get } from "tatu/dom";
-import { lit } from "tatu/light";
+import { endless, lit } from "tatu/light";
 import { on } from "tatu/net";
 import { eachEntry, mesh as readMesh } from "tatu/parse";
 import { scene, selection, under, watch } from "tatu/store";
@@ -24,7 +24,6 @@ export const groups = new Map();
 const meshes = new Map();
 /** @type {Map<string, THREE.MeshLambertMaterial>} */
 const materials = new Map();
-const PLANE = 4000;
 const UP = new THREE.Vector3(0, 0, 1);
 
 on("mesh", (view) => {
@@ -45,7 +44,7 @@ const shared = {
   box: new THREE.BoxGeometry(1, 1, 1),
   sphere: new THREE.SphereGeometry(0.5, 32, 16),
   cylinder: new THREE.CylinderGeometry(0.5, 0.5, 1, 32).rotateX(Math.PI / 2),
-  plane: new THREE.PlaneGeometry(PLANE, PLANE),
+  plane: endless(),
 };
 /** What stands for round things in large scenes, where each is small. */
 const coarse = new Map([

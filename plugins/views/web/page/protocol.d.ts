@@ -37,7 +37,7 @@ params: string, text: string, };
  */
 export type ContactMark = {
 /**
- * The two shapes.
+ * The two shapes; the second one can move if one of them can.
  */
 pair: [number, number],
 /**
