@@ -100,7 +100,7 @@ fn the_page_looks_like_the_pictures() {
 #[test]
 #[ignore = "makes the picture of the guide: docs/pictures.sh"]
 fn sheet_for_the_guide() {
-    let (columns, rows) = (240, 150);
+    let (columns, rows) = (224, 140);
     let (across, down) = (4, SCENES.len().div_ceil(2));
     let mut sheet = vec![255; across * columns * down * rows * 3];
     for (i, scene) in SCENES.iter().enumerate() {

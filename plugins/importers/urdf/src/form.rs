@@ -25,10 +25,13 @@ pub enum Form {
     Mesh(Rc<[Piece]>),
 }
 
+/// A mesh, or why there is none.
+type Found = Result<Rc<[Piece]>, String>;
+
 /// Meshes by name and scale, so that each file is read once.
 #[derive(Default)]
 pub struct Meshes {
-    known: BTreeMap<(String, [u64; 3]), Result<Rc<[Piece]>, String>>,
+    known: BTreeMap<(String, [u64; 3]), Found>,
     shapes: Shapes,
     /// What was left out of meshes.
     pub notes: Vec<String>,
@@ -146,12 +149,7 @@ fn bounds(pieces: &[Piece]) -> (Vector3<f64>, [f64; 3]) {
 }
 
 impl Meshes {
-    fn get(
-        &mut self,
-        name: &str,
-        scale: [f64; 3],
-        (builder, package_root): (&Builder<'_>, &str),
-    ) -> Result<Rc<[Piece]>, String> {
+    fn get(&mut self, name: &str, scale: [f64; 3], (builder, package_root): (&Builder<'_>, &str)) -> Found {
         let key = (name.to_owned(), scale.map(f64::to_bits));
         let known = self.known.entry(key).or_insert_with(|| {
             // The axis that a file calls up is ignored, as in RViz and Gazebo.

@@ -43,8 +43,7 @@ flat.onclick = () => {
   const half = (/** @type {number} */ angle) => Math.tan((angle * Math.PI) / 360);
   const fov = is ? NARROW : WIDE;
   const away = camera.position.clone().sub(controls.target).multiplyScalar(half(camera.fov) / half(fov));
-  const scale = half(camera.fov) / half(fov);
-  Object.assign(camera, { fov, near: camera.near * scale, far: camera.far * scale });
+  camera.fov = fov;
   camera.position.copy(controls.target).add(away);
   camera.updateProjectionMatrix();
   controls.update();

@@ -58,6 +58,14 @@ function shade() {
   sun.shadow.normalBias = 1.2 * pixel;
 }
 
+/** Lets depths begin at a part of the way to what is looked at: the closer they begin, the more thin things flicker. */
+function clip() {
+  const near = Math.max(0.005, 0.02 * camera.position.distanceTo(controls.target));
+  if (Math.abs(near / camera.near - 1) < 0.1) return;
+  Object.assign(camera, { near, far: 2000 / zoom.value });
+  camera.updateProjectionMatrix();
+}
+
 let due = false;
 /** Pictures that were drawn. */
 export let drawn = 0;
@@ -72,6 +80,7 @@ export function redraw() {
     // A graphics card draws shadows of thousands of parts, a processor does not.
     sun.castShadow = !isLarge();
     zoom.value = Math.tan((camera.fov * Math.PI) / 360) / USUAL;
+    clip();
     if (sun.castShadow) shade();
     drawn++;
     renderer.render(stage, camera);
