@@ -9,11 +9,15 @@ time with the client beyond that without one, as a part of a core; `socket` is w
 bytes to a plain socket, and `camera` what the camera itself takes. Packages of PyPI are installed into a folder beside the
 program's."""
 
-import glob, json, os, re, socket, struct, subprocess, sys, tempfile, threading, time, zipfile
+import json, os, re, socket, struct, subprocess, sys, tempfile, time
 
 RATE, SECONDS, PASSES = 30, 8, 2
 BYTES = 640 * 480 * 3
 HERE = os.path.dirname(os.path.abspath(__file__))
+sys.path.insert(0, os.path.join(HERE, "../../tests/soak"))
+
+import clients  # noqa: E402
+
 SCENE = """format = 1
 [scene]
 dt_s = %r
@@ -54,17 +58,9 @@ def zmq_remote(port):
 
 
 def legacy_remote(port):
-    import ctypes, importlib.util, types
+    import ctypes
 
-    folder = os.environ["LEGACY"] + "/"
-    for name in ("pypot", "pypot.vrep", "pypot.vrep.remoteApiBindings"):
-        sys.modules[name] = types.ModuleType(name)
-        sys.modules[name].__path__ = [folder] if name.endswith("Bindings") else []
-    for name in ("vrepConst", "vrep"):
-        spec = importlib.util.spec_from_file_location("pypot.vrep.remoteApiBindings." + name, folder + name + ".py")
-        v = importlib.util.module_from_spec(spec)
-        sys.modules[spec.name] = v
-        spec.loader.exec_module(v)
+    v = clients.legacy_binding()
     client = v.simxStart("127.0.0.1", port, True, True, 5000, 5)
     eye = v.simxGetObjectHandle(client, "eye", v.simx_opmode_blocking)[1]
     size, image = (ctypes.c_int * 2)(), ctypes.POINTER(ctypes.c_byte)()
@@ -127,20 +123,6 @@ def reader(port):
     return got / (time.monotonic() - begin)
 
 
-def python(folder):
-    """An interpreter with the clients' packages, and the legacy library beside it."""
-    program = os.path.join(folder, "bin/python")
-    if not os.path.exists(program):
-        subprocess.check_call([sys.executable, "-m", "venv", folder])
-    subprocess.check_call([program, "-m", "pip", "install", "-q", "coppeliasim-zmqremoteapi-client==2.0.4"])
-    legacy = os.path.join(folder, "pypot/vrep/remoteApiBindings")
-    if not os.path.isdir(legacy):
-        subprocess.check_call([program, "-m", "pip", "download", "-q", "--no-deps", "pypot==5.0.2", "-d", folder])
-        zipfile.ZipFile(glob.glob(folder + "/pypot*.whl")[0]).extractall(folder)
-    os.environ["LEGACY"] = legacy
-    return program
-
-
 def cpu_s(pid):
     fields = open(f"/proc/{pid}/stat").read().rsplit(") ", 1)[1].split()
     return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
@@ -178,7 +160,7 @@ KINDS = [("ZeroMQ", "zmq_remote", "zmq_remote"), ("legacy", "legacy_remote", "le
 
 def main():
     tatu = os.path.abspath(sys.argv[1])
-    interpreter = python(os.path.join(os.path.dirname(tatu), "image-clients"))
+    interpreter = clients.python(os.path.join(os.path.dirname(tatu), "image-clients"))
     client = lambda kind: [interpreter, __file__, "--client", kind]
     with tempfile.TemporaryDirectory() as folder:
         arena = os.path.relpath(os.path.join(HERE, "../../scenes/course/parts/arena.toml"), folder)

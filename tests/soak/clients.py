@@ -77,7 +77,8 @@ def zmq_remote(port, r, commands):
                 raise
 
 
-def legacy_remote(port, r, _):
+def legacy_binding():
+    """The binding of the legacy library, as a module, without the package around it."""
     import importlib.util, types
     folder = os.environ["LEGACY"] + "/"
     for name in ("pypot", "pypot.vrep", "pypot.vrep.remoteApiBindings"):
@@ -88,7 +89,11 @@ def legacy_remote(port, r, _):
         module = importlib.util.module_from_spec(spec)
         sys.modules[spec.name] = module
         spec.loader.exec_module(module)
-    v = module
+    return module
+
+
+def legacy_remote(port, r, _):
+    v = legacy_binding()
     client = v.simxStart("127.0.0.1", port, True, True, 5000, 5)
     modes = [v.simx_opmode_oneshot_wait] * 6 + [v.simx_opmode_streaming, v.simx_opmode_buffer, v.simx_opmode_oneshot, v.simx_opmode_discontinue]
     n = lambda: r.randrange(-3, 60)

@@ -54,9 +54,9 @@ fn a_body_that_flies_apart_is_told_of_once() {
     shown.until("of('block') && view.camera.position.x !== 3");
     shown.page.click_on("#play");
     let told =
-        "[...document.querySelectorAll('#output .warning')].filter((l) => l.textContent.includes('`ball` moves at'))";
+        "[...document.querySelectorAll('#output .warning')].filter((l) => l.textContent.includes('/ball moves at'))";
     shown.until(&format!("{told}.length === 1"));
-    assert!(shown.page.js("document.getElementById('last-line').textContent").as_str().unwrap().contains("`ball`"));
+    assert!(shown.page.js("document.getElementById('last-line').textContent").as_str().unwrap().contains("/ball"));
     shown.page.js(&format!("{told}[0].querySelector('button').click()"));
     shown.until("store.selected() === of('ball').id");
     shown.until("document.getElementById('time').textContent > '00:00:03'");

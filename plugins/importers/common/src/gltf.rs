@@ -12,7 +12,7 @@ use gltf::{
 use nalgebra::Matrix4;
 
 use crate::{
-    model::{DEEPEST, Model, Piece, Read, few, place},
+    model::{Collected, Model, Piece, Read, few, place},
     picture::{Files, Gallery, Picture},
 };
 
@@ -27,12 +27,12 @@ pub fn read(bytes: &[u8], files: Files<'_>) -> Result<Read, String> {
         let bytes = bytes.filter(|b| b.len() >= buffer.length());
         buffers.push(bytes.ok_or_else(|| format!("the buffer {} of the glTF file is missing or cut", buffer.index()))?);
     }
-    let mut walk = Walk { buffers: &buffers, pieces: Vec::new(), triangles: 0 };
+    let mut walk = Walk { buffers: &buffers, collected: Collected::new() };
     let scene = document.default_scene().or_else(|| document.scenes().next());
     for node in scene.into_iter().flat_map(|s| s.nodes()) {
         walk.node(&node, &Matrix4::identity(), 0)?;
     }
-    let pieces = std::mem::take(&mut walk.pieces);
+    let pieces = walk.collected.pieces;
     let mut gallery = Gallery::new(files);
     let mut model = Model { pieces: Vec::new(), y_up: true };
     for (material, mut piece) in pieces {
@@ -62,7 +62,8 @@ fn open(bytes: &[u8]) -> Result<(Document, Option<Vec<u8>>), String> {
     Ok((Document::from_json(root).map_err(|e| e.to_string())?, blob))
 }
 
-/// Returns the text of a binary file, and the bytes behind it: a header of 12 bytes, then chunks with their length and kind.
+/// Returns the text of a binary file, and the bytes behind it: a header of 12 bytes, then chunks with their length and
+/// kind.
 fn chunks(bytes: &[u8]) -> Result<(&[u8], Option<Vec<u8>>), String> {
     let (mut text, mut blob) = (None, None);
     let mut rest = bytes.get(12..).unwrap_or_default();
@@ -117,31 +118,23 @@ fn picture(
 
 struct Walk<'a> {
     buffers: &'a [Vec<u8>],
-    /// A piece per material, in the order in which they were met.
-    pieces: Vec<(Option<usize>, Piece)>,
-    triangles: usize,
+    collected: Collected<Option<usize>>,
 }
 
 impl Walk<'_> {
     fn node(&mut self, node: &Node<'_>, above: &Matrix4<f64>, depth: usize) -> Result<(), String> {
-        if depth > DEEPEST {
-            return Err(format!("the glTF file has more than {DEEPEST} nodes within nodes"));
-        }
+        self.collected.visit(depth)?;
         let own = node.transform().matrix().map(|column| column.map(f64::from));
         let here = above * Matrix4::from(own);
         for primitive in node.mesh().into_iter().flat_map(|m| m.primitives()) {
             let Some(piece) = self.piece(&primitive)? else { continue };
-            let material = primitive.material().index();
-            let at = self.pieces.iter().position(|(known, _)| *known == material).unwrap_or_else(|| {
-                self.pieces.push((material, Piece::default()));
-                self.pieces.len() - 1
-            });
-            place(&mut self.pieces[at].1, &piece, &here);
+            let of_material = self.collected.piece(primitive.material().index(), piece.triangles.len())?;
+            place(of_material, &piece, &here);
         }
         node.children().try_for_each(|child| self.node(&child, &here, depth + 1))
     }
 
-    fn piece(&mut self, primitive: &gltf::Primitive<'_>) -> Result<Option<Piece>, String> {
+    fn piece(&self, primitive: &gltf::Primitive<'_>) -> Result<Option<Piece>, String> {
         let lies = |a: Option<gltf::Accessor<'_>>| a.is_none_or(|a| self.lies(&a));
         let coordinates = primitive.get(&Semantic::TexCoords(0));
         if !(lies(primitive.get(&Semantic::Positions)) && lies(primitive.indices()) && lies(coordinates)) {
@@ -163,8 +156,7 @@ impl Walk<'_> {
             }
             Mode::Points | Mode::Lines | Mode::LineLoop | Mode::LineStrip => return Ok(None),
         };
-        self.triangles += triangles.len();
-        few(self.triangles)?;
+        few(triangles.len())?;
         if triangles.iter().flatten().any(|i| *i as usize >= points.len()) {
             return Err("a face refers to a point that does not exist".into());
         }

@@ -1,6 +1,7 @@
-//! Mesh files, read for importers, and shapes of what they contain: Wavefront OBJ with its materials, STL, PLY, COLLADA and glTF.
+//! Reads mesh files for importers, and makes shapes of them: Wavefront OBJ with its materials, STL, PLY, COLLADA and
+//! glTF.
 //!
-//! Numbers of files are not trusted: whatever the bytes are, the outcome is a model or one sentence of an error.
+//! Files are not trusted: whatever their bytes, the result is a model or an error of one sentence.
 
 mod collada;
 mod gltf;

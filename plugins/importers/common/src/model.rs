@@ -10,7 +10,11 @@ use crate::picture::Picture;
 pub const MOST_TRIANGLES: usize = 4_000_000;
 
 /// Greatest depth of nodes within nodes.
-pub(crate) const DEEPEST: usize = 64;
+const DEEPEST: usize = 64;
+
+/// Most nodes that are visited: those that several others refer to count each time, so that a small file of nodes that
+/// refer to each other cannot keep an importer busy for ever.
+const MOST_VISITS: usize = 100_000;
 
 /// What a file contains: one piece per material.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -86,7 +90,43 @@ impl Piece {
     }
 }
 
-/// Adds triangles of a node to a piece: transformed, and turned inside out again where the transform mirrors.
+/// Pieces that are being collected from the nodes of a scene, one per material, in the order in which they were met.
+pub(crate) struct Collected<K> {
+    pub pieces: Vec<(K, Piece)>,
+    triangles: usize,
+    visits: usize,
+}
+
+impl<K: PartialEq> Collected<K> {
+    pub(crate) fn new() -> Self {
+        Collected { pieces: Vec::new(), triangles: 0, visits: 0 }
+    }
+
+    /// Counts the visit of a node at a depth.
+    pub(crate) fn visit(&mut self, depth: usize) -> Result<(), String> {
+        self.visits += 1;
+        match depth > DEEPEST || self.visits > MOST_VISITS {
+            true => Err(format!(
+                "the file has more than {DEEPEST} nodes within nodes, or more than {MOST_VISITS} nodes in all"
+            )),
+            false => Ok(()),
+        }
+    }
+
+    /// Returns the piece of a material, to which so many triangles will be added.
+    pub(crate) fn piece(&mut self, material: K, triangles: usize) -> Result<&mut Piece, String> {
+        self.triangles += triangles;
+        few(self.triangles)?;
+        let at = self.pieces.iter().position(|(known, _)| *known == material).unwrap_or_else(|| {
+            self.pieces.push((material, Piece::default()));
+            self.pieces.len() - 1
+        });
+        Ok(&mut self.pieces[at].1)
+    }
+}
+
+/// Adds the triangles of a node to a piece, transformed. A transform that mirrors reverses their winding, which is
+/// undone.
 pub(crate) fn place(piece: &mut Piece, more: &Piece, transform: &Matrix4<f64>) {
     let (first, had) = (piece.points.len() as u32, piece.points.len());
     piece.points.extend(more.points.iter().map(|p| <[f64; 3]>::from(transform.transform_point(&Point3::from(*p)))));
@@ -98,7 +138,7 @@ pub(crate) fn place(piece: &mut Piece, more: &Piece, transform: &Matrix4<f64>) {
     }
 }
 
-/// Returns a triangle with its outside inside, where a transform mirrors.
+/// Reverses the winding of a triangle that is mirrored.
 fn turned([a, b, c]: [u32; 3], mirrors: bool) -> [u32; 3] {
     if mirrors { [a, c, b] } else { [a, b, c] }
 }

@@ -5,7 +5,7 @@ use std::{cell::RefCell, io::Cursor};
 use tobj::{LoadError, LoadOptions, Material};
 
 use crate::{
-    model::{Model, Piece, Read, few},
+    model::{Collected, Model, Read},
     picture::{Files, Gallery},
 };
 
@@ -25,15 +25,10 @@ pub fn read(bytes: &[u8], files: Files<'_>) -> Result<Read, String> {
     let (models, materials) = tobj::load_obj_buf(&mut Cursor::new(bytes), &options, library)
         .map_err(|e| format!("the OBJ file is incomplete or damaged: {e}"))?;
     let materials = materials.unwrap_or_default();
-    let mut pieces: Vec<(Option<usize>, Piece)> = Vec::new();
-    let mut triangles = 0;
+    let mut collected = Collected::new();
     for tobj::Model { mesh, .. } in models {
         let material = mesh.material_id.filter(|i| *i < materials.len());
-        let at = pieces.iter().position(|(known, _)| *known == material).unwrap_or_else(|| {
-            pieces.push((material, Piece::default()));
-            pieces.len() - 1
-        });
-        let piece = &mut pieces[at].1;
+        let piece = collected.piece(material, mesh.indices.len() / 3)?;
         let (first, had) = (piece.points.len() as u32, piece.points.len());
         piece.points.extend(mesh.positions.chunks_exact(3).map(|p| [p[0], p[1], p[2]].map(f64::from)));
         piece
@@ -42,21 +37,20 @@ pub fn read(bytes: &[u8], files: Files<'_>) -> Result<Read, String> {
         if piece.coordinates.len() == had {
             piece.coordinates.extend(mesh.texcoords.chunks_exact(2).map(|t| [t[0], t[1]]));
         }
-        triangles += mesh.indices.len() / 3;
-        few(triangles)?;
     }
     let mut gallery = Gallery::new(files);
-    for (material, piece) in &mut pieces {
+    for (material, piece) in &mut collected.pieces {
         let Some(material) = material.map(|i| &materials[i]) else { continue };
         piece.color = material.diffuse.map(|c| c.map(|x| f64::from(x).clamp(0.0, 1.0)));
         piece.picture = image(material).and_then(|name| gallery.file(name));
     }
     let mut notes = notes.into_inner();
     notes.append(&mut gallery.notes);
-    Ok(Read { model: Model { pieces: pieces.into_iter().map(|(_, p)| p).collect(), y_up: false }, notes })
+    let pieces = collected.pieces.into_iter().map(|(_, piece)| piece).collect();
+    Ok(Read { model: Model { pieces, y_up: false }, notes })
 }
 
-/// Returns the file of a material's image: what stands behind its options, if there are any.
+/// Returns the file name of a material's image, which follows the options of `map_Kd`.
 fn image(material: &Material) -> Option<&str> {
     let text = material.diffuse_texture.as_deref()?.trim();
     let name = if text.starts_with('-') { text.rsplit(' ').next()? } else { text };

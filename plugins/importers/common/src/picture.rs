@@ -2,10 +2,7 @@
 
 use std::{collections::HashMap, io::Cursor, rc::Rc};
 
-use image::{
-    ImageFormat,
-    io::{Limits, Reader},
-};
+use image::io::{Limits, Reader};
 
 /// Greatest number of pixels: that of images in a scene.
 const MOST_PIXELS: u64 = 16 << 20;
@@ -27,22 +24,18 @@ pub struct Picture {
 impl Picture {
     /// Decodes the bytes of a file; the error says what is wrong with it.
     pub fn decode(bytes: &[u8]) -> Result<Self, String> {
-        let mut reader = Reader::new(Cursor::new(bytes)).with_guessed_format().map_err(|e| e.to_string())?;
+        let open = || Reader::new(Cursor::new(bytes)).with_guessed_format().map_err(|e| e.to_string());
+        let mut reader = open()?;
         if reader.format().is_none() {
             return Err("it is not in a format that can be read: PNG, JPEG, BMP, TIFF or PNM".into());
         }
-        let limit = |reader: &mut Reader<_>| {
-            let mut limits = Limits::default();
-            limits.max_alloc = Some(8 * MOST_PIXELS);
-            reader.limits(limits);
-        };
-        limit(&mut reader);
-        let mut sized = Reader::new(Cursor::new(bytes));
-        sized.set_format(reader.format().unwrap_or(ImageFormat::Png));
-        let (columns, rows) = sized.into_dimensions().map_err(|e| e.to_string())?;
+        let (columns, rows) = open()?.into_dimensions().map_err(|e| e.to_string())?;
         if columns == 0 || rows == 0 || u64::from(columns) * u64::from(rows) > MOST_PIXELS {
             return Err(format!("it has {columns} x {rows} pixels; at most {MOST_PIXELS} are supported"));
         }
+        let mut limits = Limits::default();
+        limits.max_alloc = Some(8 * MOST_PIXELS);
+        reader.limits(limits);
         let rgba = reader.decode().map_err(|e| e.to_string())?.into_rgba8().into_raw();
         Ok(Picture { columns, rows, rgba })
     }

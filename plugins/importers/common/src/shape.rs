@@ -21,29 +21,30 @@ impl Shapes {
         materials: bool,
     ) -> Result<Node<'a>> {
         if let [piece] = pieces {
-            let number = builder.textured_mesh(&piece.points, &piece.coordinates, &piece.triangles)?;
-            node.set("shape.primitive", "mesh")?.set("shape.mesh", number)?;
-            if let Some(color) = piece.color.filter(|_| materials) {
-                node.set("shape.color", color)?;
-            }
-            if let Some(texture) = self.texture(builder, piece)?.filter(|_| materials) {
-                node.set("shape.texture", texture)?;
+            node.set("shape.primitive", "mesh")?;
+            for (key, value) in self.keys(builder, piece, materials)? {
+                node.set(&format!("shape.{key}"), value)?;
             }
             return Ok(node);
         }
         let mut parts = Vec::with_capacity(pieces.len());
         for piece in pieces {
-            let number = builder.textured_mesh(&piece.points, &piece.coordinates, &piece.triangles)?;
-            let mut part = vec![pair("primitive", Value::text("mesh")), pair("mesh", Value::Int(number))];
-            if let Some(color) = piece.color.filter(|_| materials) {
-                part.push(pair("color", Value::Floats(color.to_vec())));
-            }
-            if let Some(texture) = self.texture(builder, piece)?.filter(|_| materials) {
-                part.push(pair("texture", texture));
-            }
-            parts.push(Value::Map(part));
+            let mesh = pair("primitive", Value::text("mesh"));
+            let keys = self.keys(builder, piece, materials)?.into_iter().map(|(key, value)| pair(key, value));
+            parts.push(Value::Map([mesh].into_iter().chain(keys).collect()));
         }
         node.set("shape.primitive", "compound")?.set("shape.parts", Value::List(parts))
+    }
+
+    /// Adds the mesh of a piece; returns it and its material as keys, which shapes and parts of shapes share.
+    fn keys(&mut self, builder: &Builder<'_>, piece: &Piece, materials: bool) -> Result<Vec<(&'static str, Value)>> {
+        let number = builder.textured_mesh(&piece.points, &piece.coordinates, &piece.triangles)?;
+        let mut keys = vec![("mesh", Value::Int(number))];
+        if materials {
+            keys.extend(piece.color.map(|color| ("color", Value::Floats(color.to_vec()))));
+            keys.extend(self.texture(builder, piece)?.map(|texture| ("texture", texture)));
+        }
+        Ok(keys)
     }
 
     /// Returns the property `texture` of a piece that has an image.

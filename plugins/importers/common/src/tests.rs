@@ -189,6 +189,31 @@ fn binary_gltf_is_the_same() {
     }
 }
 
+/// A file of a few lines whose nodes would be visited 2^40 times ends at once.
+#[test]
+fn nodes_that_refer_to_each_other_twice_are_refused() {
+    let chain: String = (0..40)
+        .map(|i| format!("<node id='n{i}'><instance_node url='#n{0}'/><instance_node url='#n{0}'/></node>", i + 1))
+        .collect();
+    let error = read("", DAE.replace("<node><translate>", &format!("{chain}<node><translate>")).as_bytes(), &beside);
+    assert!(error.unwrap_err().contains("nodes in all"));
+    let nodes: String = (1..=40).map(|i| format!(", {{\"children\": [{0}, {0}]}}", i + 1)).collect();
+    let text = gltf().replace("\"translation\": [5, 0, 0]}", &format!("\"children\": [1, 1]}}{nodes}, {{}}"));
+    assert!(read("", text.as_bytes(), &beside).unwrap_err().contains("nodes in all"));
+}
+
+/// Geometries without an id are told apart.
+#[test]
+fn a_file_without_a_scene_is_all_of_its_geometries() {
+    let text = DAE.replace("<scene><instance_visual_scene url=\"#s\"/></scene>", "");
+    let (begin, end) = (text.find("<geometry ").unwrap(), text.find("</library_geometries>").unwrap());
+    let second = text[begin..end].replace("id=\"g\"", "").replace("<p>0 1 2</p>", "<p>0 1 2 0 2 3</p>");
+    let first = second.replace("<p>0 1 2 0 2 3</p>", "<p>0 1 2</p>");
+    let two = format!("{}{first}{second}{}", &text[..begin], &text[end..]);
+    let triangles = good(two.as_bytes()).pieces.iter().map(|p| p.triangles.len()).sum::<usize>();
+    assert_eq!(triangles, (2 + 1) + (2 + 2));
+}
+
 /// Files that end early, and with one wrong byte at each place: an error or a model, and no panic.
 #[test]
 fn cut_and_wrong_files_are_errors() {
@@ -208,6 +233,10 @@ fn cut_and_wrong_files_are_errors() {
     assert!(wrong(DAE.replace("<p>0 1 2</p>", "<p>0 1 9</p>")).contains("position 9"));
     assert!(wrong(DAE.replace("<vcount>4", "<vcount>5")).contains("corners"));
     assert!(wrong(gltf().replace("\"byteLength\": 36", "\"byteLength\": 24")).contains("glTF"));
+    assert!(wrong(DAE.replace("<vcount>4", "<vcount>18446744073709551615")).contains("corners"));
+    // A primitive with so many numbers per corner has no corner.
+    let far = good(DAE.replace("offset=\"0\"/><p>", "offset=\"18446744073709551615\"/><p>").as_bytes());
+    assert_eq!(far.pieces.len(), 1);
     let round = DAE.replace("<node><matrix>", "<node id='x'><instance_node url='#x'/><matrix>");
     assert!(wrong(round).contains("nodes within nodes"));
     assert!(read("", b"v 0 0 0\n", &beside).is_err() && read("", b"", &beside).is_err());

@@ -11,7 +11,7 @@ const dark = matchMedia("(prefers-color-scheme: dark)");
 const sky = { tatuHorizon: { value: new THREE.Color() }, tatuZenith: { value: new THREE.Color() } };
 /** Height of the floor that is drawn for a scene without one; what lies on it has its lines, too. */
 const floorHeight = { value: 0 };
-/** By how much the angle of the camera is smaller than usual: distances count for less then. */
+/** Ratio of the camera's field of view to the usual one, which scales distances of the haze in parallel projection. */
 export const zoom = { value: 1 };
 
 function paint() {
@@ -40,6 +40,9 @@ vec4 tatuAt = vec4(transformed, 1.0);
 vTatuAt = (modelMatrix * tatuAt).xyz;
 `;
 
+/** @param {THREE.Vector3} v */
+const vec3 = (v) => `vec3(${v.toArray().map((x) => x.toFixed(9)).join(", ")})`;
+
 const HEAD = `
 varying vec3 vTatuAt;
 uniform vec3 tatuHorizon;
@@ -65,7 +68,7 @@ vec3 tatuLight(vec3 color, vec3 n, vec3 eye, float lamp, float far) {
     color *= 1.0 - max(tatuLines(vTatuAt.xy, reach, 1.0, 0.012, 0.34), tatuLines(vTatuAt.xy, reach, 0.1, 0.004, 0.14));
   }
   #endif
-  vec3 to = normalize(vec3(0.3, -0.6, 1.0));
+  vec3 to = ${vec3(LAMP)};
   vec3 above = vec3(0.40, 0.43, 0.48);
   float facing = max(dot(n, eye), 0.0);
   vec3 light = mix(vec3(0.30, 0.29, 0.28), above, 0.5 + 0.5 * n.z) + 0.10 * facing;
@@ -159,7 +162,7 @@ export function endless() {
   geometry.setAttribute("position", new THREE.Float32BufferAttribute(points, 3));
   geometry.setAttribute("normal", new THREE.Float32BufferAttribute(points.map((_, i) => (i % 3 === 2 ? 1 : 0)), 3));
   geometry.setIndex(index);
-  // What others know a plane by.
+  // Other modules recognize planes by this type.
   return Object.assign(geometry, { type: "PlaneGeometry" });
 }
 

@@ -54,7 +54,7 @@ flat.onclick = () => {
 const follow = get("follow");
 /** @type {{ at: THREE.Vector3, heading: number } | null} */
 let last = null;
-/** The one that is followed stays the same, whatever is selected meanwhile. */
+/** The object that is followed, even if another one is selected meanwhile. */
 let followed = 0;
 /** @param {boolean} is */
 function setFollow(is) {
@@ -94,7 +94,6 @@ on("frame", () => {
       last = { at, heading };
     }
   } else last = null;
-  redraw();
 });
 
 // A double click looks at the point that is seen there.

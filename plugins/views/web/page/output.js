@@ -4,7 +4,7 @@
 import { get, make } from "tatu/dom";
 import { icon } from "tatu/icons";
 import { on } from "tatu/net";
-import { select } from "tatu/store";
+import { scene, select } from "tatu/store";
 
 const MOST = 1000;
 const tabs = get("tabs");
@@ -72,13 +72,28 @@ export function clear() {
 }
 
 /**
+ * The object at a path of aliases; 0: none.
+ * @param {string} path
+ */
+function objectAt(path) {
+  if (!path) return 0;
+  for (const o of scene.objects.values()) {
+    let own = "";
+    for (let up = /** @type {typeof o | undefined} */ (o); up; up = scene.objects.get(up.parent)) own = `/${up.alias}${own}`;
+    if (own === path) return o.id;
+  }
+  return 0;
+}
+
+/**
  * Writes a line.
  * @param {string} name
  * @param {string} text
  * @param {string} [level]
- * @param {number} [object] that it is about: a click selects it
  */
-export function line(name, text, level = "", object = 0) {
+export function line(name, text, level = "") {
+  // A warning about an object begins with its path: a click selects it.
+  const object = level === "warning" || level === "error" ? objectAt(text.match(/^\/\S+/)?.[0] ?? "") : 0;
   const div = make("div", { className: level, textContent: object ? "" : text });
   if (object) div.append(make("button", { type: "button", textContent: text, onclick: () => select(object) }));
   const all = page(name);
@@ -93,7 +108,7 @@ export function line(name, text, level = "", object = 0) {
 }
 
 on("event", ({ name, payload }) => {
-  if (name === "message") line("Status", payload.text, payload.level, payload.object ?? 0);
+  if (name === "message") line("Status", payload.text, payload.level);
   else if (name === "console") {
     if (payload.clear) pages.set(payload.title, []);
     else line(payload.title, payload.text);

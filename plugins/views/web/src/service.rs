@@ -26,7 +26,7 @@ use crate::{
     files,
     lists::{Allowance, Lists},
     opened::Opened,
-    overlays::{Wanted, Warned},
+    overlays::Wanted,
     pace::{Pace, SPEEDS},
     plugin::{Props, WebPage},
     protocol::{Action, FromPage, ToPage},
@@ -77,8 +77,6 @@ pub(crate) struct State {
     pub(crate) drawn: String,
     pub(crate) drawings: u64,
     pub(crate) sent: readings::Sent,
-    pub(crate) warned: Warned,
-    pub(crate) last_watch: Instant,
     pub(crate) listener: Listener,
     pub(crate) lists: Lists,
     pub(crate) recent: Recent,
@@ -176,8 +174,6 @@ impl Service for Web {
             drawn: String::new(),
             drawings: 0,
             sent: readings::Sent::default(),
-            warned: Warned::default(),
-            last_watch: now,
             listener,
             lists: Lists::default(),
             recent: Recent::of_user(),
@@ -219,7 +215,6 @@ impl Service for Web {
         }
         if name == "stopped" {
             (state.held, state.singles) = (false, 0);
-            state.warned.clear();
             state.windows.clear();
         }
         if matches!(name, "started" | "resumed") {
@@ -234,7 +229,9 @@ impl Service for Web {
             if name == "started" {
                 state.lines.clear();
             }
-            state.keep(message.clone());
+            state.lines.push(message.clone());
+            let over = state.lines.len().saturating_sub(MOST_LINES);
+            state.lines.drain(..over);
         }
         state.guests.iter().for_each(|g| g.client.out.send(message.clone()));
     }
@@ -247,21 +244,6 @@ impl Web {
 }
 
 impl State {
-    /// Keeps a line of output for clients that come later.
-    fn keep(&mut self, line: Message) {
-        self.lines.push(line);
-        let over = self.lines.len().saturating_sub(MOST_LINES);
-        self.lines.drain(..over);
-    }
-
-    /// Tells clients, and those that come later, a warning about an object.
-    pub(crate) fn warn(&mut self, object: tatu_object, text: &str) {
-        let payload = json!({ "level": "warning", "text": text, "object": tatu_slot(object) });
-        let message = ToPage::Event { name: "message".to_owned(), payload }.message();
-        self.guests.iter().for_each(|g| g.client.out.send(message.clone()));
-        self.keep(message);
-    }
-
     /// Handles clients that have connected or disconnected.
     fn come(&mut self, _: &Turn<'_>) -> Result {
         for client in self.listener.take_new() {

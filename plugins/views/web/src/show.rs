@@ -23,8 +23,6 @@ use crate::{
 /// Intervals of frames and of readings.
 const FRAMES: Duration = Duration::from_millis(50);
 const READINGS: Duration = Duration::from_millis(100);
-/// Interval of the search for bodies that fly apart.
-const WATCH: Duration = Duration::from_secs(1);
 /// Least interval of comparisons of all objects with what clients know.
 const ROUNDS: Duration = Duration::from_millis(200);
 
@@ -66,12 +64,6 @@ impl State {
         if now - self.last_readings >= READINGS {
             self.last_readings = now;
             self.show_readings(turn, p)?;
-        }
-        if now - self.last_watch >= WATCH && turn.state() == TATU_RUNNING {
-            self.last_watch = now;
-            for (object, text) in self.warned.look(turn, p, &self.whole.ids) {
-                self.warn(object, &text);
-            }
         }
         Ok(())
     }

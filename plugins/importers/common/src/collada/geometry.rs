@@ -70,7 +70,7 @@ fn polygons(primitive: Node<'_, '_>, cut: Cut) -> Result<(Vec<usize>, Vec<u32>),
             Cut::Counts => {
                 let mut begin = 0;
                 for count in &counts {
-                    if begin + count > n {
+                    if *count > n - begin {
                         return Err("the COLLADA file is damaged: its polygons have more corners than it lists".into());
                     }
                     fan(begin, *count);
@@ -138,7 +138,7 @@ fn piece<'a>(tree: &Tree<'a>, primitive: Node<'a, 'a>, corners: &(Vec<usize>, Ve
     let mut known: HashMap<(u32, Option<u32>), u32> = HashMap::new();
     let mut whole = Vec::with_capacity(corners.len());
     for corner in corners {
-        let index = |source: &Source| indices.get(corner + source.offset).copied();
+        let index = |source: &Source| indices.get(corner.checked_add(source.offset)?).copied();
         let position = index(&positions).ok_or_else(|| lacks("index of a corner"))?;
         let place = coordinates.as_ref().and_then(index);
         let number = match known.get(&(position, place)) {

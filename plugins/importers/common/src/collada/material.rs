@@ -21,7 +21,7 @@ impl Material {
             let known = ["phong", "lambert", "blinn", "constant"];
             t.children().find(|n| known.contains(&n.tag_name().name()))
         });
-        // What has no diffuse part shines by itself.
+        // A material that only emits light is shown in that colour.
         let part = shader.and_then(|s| child(s, "diffuse").or_else(|| child(s, "emission")));
         let Some(part) = part else { return Material::default() };
         let color = child(part, "color").map(numbers::<f64>).and_then(|c| Some([*c.first()?, *c.get(1)?, *c.get(2)?]));

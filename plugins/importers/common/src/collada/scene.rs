@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 
 use nalgebra::{Matrix4, Quaternion, Unit, UnitQuaternion, Vector3};
-use roxmltree::Node;
+use roxmltree::{Node, NodeId};
 
 use super::{
     geometry,
@@ -11,7 +11,7 @@ use super::{
     tree::{Tree, child, children, numbers},
 };
 use crate::{
-    model::{DEEPEST, Model, Piece, Read, few, place},
+    model::{Collected, Model, Piece, Read, place},
     picture::{Files, Gallery},
 };
 
@@ -21,7 +21,7 @@ pub fn read(tree: &Tree<'_>, files: Files<'_>) -> Result<Read, String> {
     let unit = asset.and_then(|a| child(a, "unit")?.attribute("meter")?.parse::<f64>().ok());
     let unit = unit.filter(|m| m.is_finite() && *m > 0.0).unwrap_or(1.0);
     let up = asset.and_then(|a| child(a, "up_axis")?.text()).map_or("Y_UP", str::trim);
-    let mut walk = Walk { tree, known: HashMap::new(), pieces: Vec::new(), triangles: 0 };
+    let mut walk = Walk { tree, known: HashMap::new(), collected: Collected::new() };
     let begin = Matrix4::new_scaling(unit);
     let shown = child(tree.root, "scene").and_then(|s| tree.follow(child(s, "instance_visual_scene")?, "url"));
     match shown {
@@ -35,7 +35,7 @@ pub fn read(tree: &Tree<'_>, files: Files<'_>) -> Result<Read, String> {
     }
     let mut gallery = Gallery::new(files);
     let mut model = Model { pieces: Vec::new(), y_up: up == "Y_UP" };
-    for (material, mut piece) in walk.pieces {
+    for (material, mut piece) in walk.collected.pieces {
         let material = Material::read(tree, material);
         piece.color = material.color;
         piece.picture = material.image.and_then(|name| gallery.file(&name));
@@ -47,17 +47,13 @@ pub fn read(tree: &Tree<'_>, files: Files<'_>) -> Result<Read, String> {
 struct Walk<'t, 'a> {
     tree: &'t Tree<'a>,
     /// Pieces of the geometries that were met, which several nodes may place.
-    known: HashMap<&'a str, Vec<(&'a str, Piece)>>,
-    /// A piece per material, in the order in which they were met.
-    pieces: Vec<(&'a str, Piece)>,
-    triangles: usize,
+    known: HashMap<NodeId, Vec<(&'a str, Piece)>>,
+    collected: Collected<&'a str>,
 }
 
 impl<'a> Walk<'_, 'a> {
     fn node(&mut self, node: Node<'a, 'a>, above: &Matrix4<f64>, depth: usize) -> Result<(), String> {
-        if depth > DEEPEST {
-            return Err(format!("the COLLADA file has more than {DEEPEST} nodes within nodes"));
-        }
+        self.collected.visit(depth)?;
         let mut here = *above;
         for part in node.children() {
             if let Some(transform) = transform(part) {
@@ -98,22 +94,15 @@ impl<'a> Walk<'_, 'a> {
         instance: Option<Node<'a, 'a>>,
         at: &Matrix4<f64>,
     ) -> Result<(), String> {
-        let id = geometry.attribute("id").unwrap_or_default();
-        if !self.known.contains_key(id) {
-            self.known.insert(id, geometry::pieces(self.tree, geometry)?);
+        if !self.known.contains_key(&geometry.id()) {
+            self.known.insert(geometry.id(), geometry::pieces(self.tree, geometry)?);
         }
         let materials = instance.and_then(|i| child(child(i, "bind_material")?, "technique_common"));
-        for (symbol, piece) in self.known.get(id).into_iter().flatten() {
+        for (symbol, piece) in self.known.get(&geometry.id()).into_iter().flatten() {
             let mut bound = materials.into_iter().flat_map(|m| children(m, "instance_material"));
             let bound = bound.find(|m| m.attribute("symbol") == Some(symbol));
             let material = bound.and_then(|m| m.attribute("target")).unwrap_or(symbol);
-            self.triangles += piece.triangles.len();
-            few(self.triangles)?;
-            let at_piece = self.pieces.iter().position(|(known, _)| *known == material).unwrap_or_else(|| {
-                self.pieces.push((material, Piece::default()));
-                self.pieces.len() - 1
-            });
-            place(&mut self.pieces[at_piece].1, piece, at);
+            place(self.collected.piece(material, piece.triangles.len())?, piece, at);
         }
         Ok(())
     }

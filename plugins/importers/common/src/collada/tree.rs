@@ -43,7 +43,7 @@ pub fn child<'a>(node: Node<'a, 'a>, name: &'static str) -> Option<Node<'a, 'a>>
     children(node, name).next()
 }
 
-/// Returns the numbers in an element's text. Texts that are no numbers end them.
+/// Returns the numbers in an element's text, up to the first word that is not a number.
 pub fn numbers<T: std::str::FromStr>(node: Node<'_, '_>) -> Vec<T> {
     node.text().unwrap_or_default().split_ascii_whitespace().map_while(|word| word.parse().ok()).collect()
 }
