@@ -300,7 +300,8 @@ class Line:
         self.total, self.found = total, found
         self.shown = sys.stderr.isatty() if shown is None else shown
         self.begin = self.last = time.monotonic()
-        self.drawn = False
+        # Whoever asks for the line gets its last state, even of a sweep that ends before the first one is due.
+        self.drawn = bool(shown)
 
     def show(self, rows: Dict[str, Row], every: float = 0.2) -> None:
         now = time.monotonic()
