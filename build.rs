@@ -72,6 +72,8 @@ fn tell_what_is_missing() {
     let offline = std::env::var_os("TATU_OFFLINE").is_some();
     // Said by the build of the page.
     let page = std::env::var_os("DEP_TATU_PAGE_WHOLE").is_some_and(|whole| whole == "true");
+    // The checker of accessibility, which tests of the page run in it.
+    println!("cargo::rustc-env=TATU_AXE={}", std::env::var("DEP_TATU_PAGE_AXE").unwrap_or_default());
     for (lacks, name) in [
         (!has_folder("../shared/seeds/scripts"), "no_shared"),
         (!answers(&cxx, &["--version"]), "no_cxx"),

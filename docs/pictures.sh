@@ -63,7 +63,7 @@ graphs=$work/graphs
 tatu run scenes/first/pioneer_draws_its_path.toml --seconds 60 --graphs "$graphs" >/dev/null
 mv "$graphs/Drive.png" $images/drive.png
 
-# page.png and window.png: the page as a browser shows it; page_looks.png: its scenes beside those of `tatu look`.
+# page.png, window.png, windows.png and exercise.png: the page as a browser shows it; page_looks.png: its scenes beside those of `tatu look`.
 # Needs Chromium, and npm at the build.
 cargo test --test program -- --ignored page::pictures page::looks
 

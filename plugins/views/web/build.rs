@@ -38,6 +38,7 @@ const BESIDE: &[&str] = &["three/build/three.core.min.js"];
 fn kind(path: &Path) -> Option<&'static str> {
     Some(match path.extension()?.to_str()? {
         "html" => "text/html; charset=utf-8",
+        "lua" => "text/plain; charset=utf-8",
         "css" => "text/css; charset=utf-8",
         "js" => "text/javascript; charset=utf-8",
         "svg" => "image/svg+xml",
@@ -158,6 +159,8 @@ fn main() {
     let whole = modules.is_some();
     // For the build of the program, whose tests of the page in a browser need the libraries.
     println!("cargo::metadata=whole={whole}");
+    let axe = modules.map(|modules| modules.join("axe-core/axe.min.js")).filter(|file| file.is_file());
+    println!("cargo::metadata=axe={}", axe.unwrap_or_default().display());
     let map = json!({ "imports": imports }).to_string();
     let mut text =
         String::from("/// Path, type and bytes of each file.\npub static FILES: &[(&str, &str, &[u8])] = &[\n");

@@ -2,14 +2,16 @@
 //!
 //! - `program`: the program with its page; `drive`: what tests in a browser share;
 //! - `access`, `messages`, `repeat`: clients without a browser;
-//! - `student`, `handling`, `looking`, `scripting`, `opening`, `film`, `building`, `keeping`, `moving`, `details`, `overlays`, `looks`: in a
-//!   browser; `pictures`: for the guide;
+//! - `student`, `handling`, `looking`, `scripting`, `opening`, `film`, `building`, `keeping`, `moving`, `details`,
+//!   `overlays`, `looks`, `panes`, `exercise`, `accessible`: in a browser; `pictures`: for the guide;
 //! - `gallery`, `reconnect`: with and without a browser.
 
 mod access;
+mod accessible;
 mod building;
 mod details;
 mod drive;
+mod exercise;
 mod film;
 mod gallery;
 mod handling;
@@ -20,6 +22,7 @@ mod messages;
 mod moving;
 mod opening;
 mod overlays;
+mod panes;
 mod pictures;
 mod program;
 mod reconnect;

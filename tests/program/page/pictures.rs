@@ -1,5 +1,7 @@
 //! Makes the pictures of the page in the guide.
 
+use serde_json::json;
+
 use super::program::Served;
 use crate::{
     kit::browser::{Page, browser},
@@ -48,6 +50,37 @@ fn picture_for_the_guide() {
     let mut page = Page::open(&browser(), &format!("{}#select=eye&script&play", served.url));
     page.until("(document.querySelector('.cm-content')?.textContent ?? '').includes('cruise')");
     std::fs::write(root().join("docs/images/page.png"), small(&page.picture([1180, 680]))).unwrap();
+}
+
+#[test]
+#[ignore = "makes the picture of the guide: docs/pictures.sh"]
+fn picture_of_windows() {
+    let served = Served::new(root(), &["open", "scenes/first/pioneer_looks_around.toml", "--no-browser"]);
+    let mut page = Page::open(&browser(), &format!("{}#select=Pioneer_p3dx", served.url));
+    page.send(
+        "Emulation.setDeviceMetricsOverride",
+        json!({ "width": 1366, "height": 760, "deviceScaleFactor": 1, "mobile": false }),
+    );
+    page.until("document.querySelectorAll('#rows .row').length > 20");
+    let open = "Promise.all(['panes', 'camera_pane', 'store'].map((m) => import('tatu/' + m))).then(([p, c, s]) => { \
+                const of = (a) => [...s.scene.objects.values()].find((o) => o.alias === a).id; \
+                p.openPane('sensors', {}); p.openPane('camera', c.cameraSpec(of('eye'))); })";
+    page.js(open);
+    page.js("document.querySelector('.row[data-key=\"object.position\"] .chart').click()");
+    page.click("#play");
+    page.until("(document.getElementById('time')?.textContent ?? '').includes(':08.')");
+    page.click("#pause");
+    std::fs::write(root().join("docs/images/windows.png"), small(&page.picture([1366, 760]))).unwrap();
+}
+
+#[test]
+#[ignore = "makes the picture of the guide: docs/pictures.sh"]
+fn picture_of_an_exercise() {
+    let served = Served::new(root(), &["open", "scenes/learn/exercise_reach_the_flag.toml", "--no-browser"]);
+    let mut page = Page::open(&browser(), &format!("{}#select=Pioneer_p3dx&script", served.url));
+    page.until("document.querySelectorAll('.goals li').length === 3");
+    page.until("(document.querySelector('.cm-content')?.textContent ?? '').includes('leftMotor')");
+    std::fs::write(root().join("docs/images/exercise.png"), small(&page.picture([1280, 700]))).unwrap();
 }
 
 #[test]

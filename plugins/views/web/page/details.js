@@ -5,8 +5,12 @@ import { get, make } from "tatu/dom";
 import { edit, named } from "tatu/edits";
 import { openScript } from "tatu/editor";
 import { fieldOf } from "tatu/fields";
+import { icon } from "tatu/icons";
 import { GROUPS, formOf, groupOf, labelOf, nameOf, unitOf } from "tatu/names";
 import { on, send } from "tatu/net";
+import { windowOf } from "tatu/pane_menu";
+import { toggle } from "tatu/panes";
+import { countOf, plotRow } from "tatu/plot_pane";
 import { rights, scene, selected, watch } from "tatu/store";
 
 /** @import { Row } from "tatu/protocol" */
@@ -106,6 +110,13 @@ function lineOf(row, slides, signature) {
   };
   const head = make("span", { className: "head" });
   head.append(name, ask);
+  if (countOf(row)) {
+    const chart = make("button", { type: "button", className: "ask chart", title: "Plot (Shift: in a new window)" });
+    chart.setAttribute("aria-label", `Plot ${nameOf(row.key)}`);
+    chart.append(icon("graph"));
+    chart.onclick = (e) => plotRow(id, row, e.shiftKey);
+    head.append(chart);
+  }
   element.classList.toggle("wide", field.wide);
   element.append(head, field.element, why, help);
   return { element, signature, row, field, name };
@@ -165,8 +176,18 @@ function clear() {
   listScripts();
 }
 
+// Cameras and graphs have windows of their own.
+const larger = make("button", { type: "button", className: "larger", textContent: "In a window", hidden: true });
+larger.prepend(icon("windows"));
+larger.onclick = () => {
+  const window = windowOf(selected());
+  if (window) toggle(window.kind, window.spec);
+};
+what.after(larger);
+
 function title() {
   const o = scene.objects.get(selected());
+  larger.hidden = !windowOf(selected());
   what.textContent = o ? `${o.alias} \u2014 ${o.sensor ?? o.kind}` : "Nothing is selected";
 }
 

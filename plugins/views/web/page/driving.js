@@ -3,6 +3,7 @@
 
 import { get } from "tatu/dom";
 import { call } from "tatu/net";
+import { limited } from "tatu/edits";
 import { rights, scene, selected, watch } from "tatu/store";
 
 /** How fast wheels turn ahead and on the spot, rad/s: a walking pace for wheels of 20 cm. */
@@ -21,7 +22,7 @@ async function find() {
   const before = robot;
   robot = null;
   if (before) stop(before);
-  if (!rights.acts) return;
+  if (!rights.acts || limited()) return;
   const at = selected();
   for (let o = scene.objects.get(at); o; o = scene.objects.get(o.parent)) {
     const [drive] = await call("tatu.get", o.id, "object.drive").catch(() => [null]);

@@ -24,6 +24,8 @@ const PATHS = {
   follow: "M12 2v5M12 17v5M2 12h5M17 12h5M12 8a4 4 0 1 0 0 8 4 4 0 0 0 0-8z",
   flat: "M4 8h11v12H4zM4 8l5-4h11l-5 4M20 4v12l-5 4",
   overlays: "M12 3l9 5-9 5-9-5zM4 12l8 4.5 8-4.500M4 16l8 4.5 8-4.5",
+  windows: "M3 5h12v9H3zM9 14v5h12v-9h-6M3 8h12",
+  exercise: "M5 3h14v18H5zM8 8l1.5 1.500L12 7M8 14l1.5 1.500L12 13M14 9h3M14 15h3",
   film: "M3 5h18v14H3zM7 5v14M17 5v14M3 9h4M3 15h4M17 9h4M17 15h4",
   up: "M5 15l7-7 7 7",
   down: "M5 9l7 7 7-7",

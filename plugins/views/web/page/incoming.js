@@ -5,8 +5,9 @@
 import { failure } from "tatu/calls";
 import { choose } from "tatu/dialogs";
 import { get, make } from "tatu/dom";
+import { edit } from "tatu/edits";
 import { openScene } from "tatu/gallery";
-import { ask, call, upload } from "tatu/net";
+import { ask, upload } from "tatu/net";
 import { line } from "tatu/output";
 import { mayLeave } from "tatu/saving";
 import { rights, scene } from "tatu/store";
@@ -112,7 +113,7 @@ async function takeOne({ name, file }) {
   const isModel = /\.(ttm|urdf)$/i.test(name) && scene.objects.size > 0;
   if (!isModel && !(await mayLeave())) return;
   const made = await upload(file);
-  if (isModel) await call("tatu.edit", `Add ${name.replace(/\.\w+$/, "")}`, [["sim.loadModel", made]]);
+  if (isModel) await edit(`Add ${name.replace(/\.\w+$/, "")}`, [["sim.loadModel", made]]);
   else await openScene(made, true);
 }
 

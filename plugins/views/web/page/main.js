@@ -33,6 +33,10 @@ import "tatu/drawings";
 import "tatu/overlays";
 import "tatu/editor";
 import "tatu/windows";
+import "tatu/pane_menu";
+import "tatu/filming";
+import "tatu/exercise";
+import "tatu/splitters";
 import "tatu/links";
 import "tatu/lost";
 

@@ -11,6 +11,7 @@ import { on } from "tatu/net";
 import { groups } from "tatu/objects";
 import { line } from "tatu/output";
 import { angleStep, lengthStep, watchSnap } from "tatu/snap";
+import { limited } from "tatu/edits";
 import { rights, selected, watch } from "tatu/store";
 import { camera, controls, redraw, renderer, stage } from "tatu/view";
 
@@ -44,7 +45,7 @@ export function setHow(change) {
 
 /** The object whose axes are meant, if something is being moved; else 0. */
 export function pivot() {
-  return how.mode && rights.acts && groups.has(selected()) ? selected() : 0;
+  return how.mode && rights.acts && !limited() && groups.has(selected()) ? selected() : 0;
 }
 
 /** @param {unknown} thrown */

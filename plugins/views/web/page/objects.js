@@ -291,8 +291,11 @@ let borders = [];
 const outlines = new WeakMap();
 const BORDER = new THREE.LineBasicMaterial({ color: 0xffa500 });
 
-/** @param {THREE.BufferGeometry} geometry */
-function outline(geometry) {
+/**
+ * The edges of a geometry, made once.
+ * @param {THREE.BufferGeometry} geometry
+ */
+export function outline(geometry) {
   const known = outlines.get(geometry);
   if (known) return known;
   const edges = new THREE.EdgesGeometry(geometry, 25);

@@ -4,7 +4,7 @@
 import { get, make } from "tatu/dom";
 import { icon } from "tatu/icons";
 import { on } from "tatu/net";
-import { scene, select } from "tatu/store";
+import { objectAt, select } from "tatu/store";
 
 const MOST = 1000;
 const tabs = get("tabs");
@@ -69,20 +69,6 @@ function show(name) {
 export function clear() {
   for (const name of pages.keys()) pages.set(name, []);
   show(open);
-}
-
-/**
- * The object at a path of aliases; 0: none.
- * @param {string} path
- */
-function objectAt(path) {
-  if (!path) return 0;
-  for (const o of scene.objects.values()) {
-    let own = "";
-    for (let up = /** @type {typeof o | undefined} */ (o); up; up = scene.objects.get(up.parent)) own = `/${up.alias}${own}`;
-    if (own === path) return o.id;
-  }
-  return 0;
 }
 
 /**

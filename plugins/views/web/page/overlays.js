@@ -1,20 +1,24 @@
 // @ts-check
-// What can be drawn over the scene: contacts with their forces, centres of mass, velocities, axes of joints, frames.
+// What can be drawn over the scene: contacts with their forces, centres of mass, inertia, velocities, shapes that collide,
+// axes and limits of joints, frames.
 
 import * as THREE from "three";
 import { get, make } from "tatu/dom";
 import { on, send } from "tatu/net";
-import { groups } from "tatu/objects";
+import { principal } from "tatu/geometry";
+import { groups, outline } from "tatu/objects";
 import { scene, selection, watch } from "tatu/store";
 import { camera, controls, redraw, stage } from "tatu/view";
 
-/** @import { BodyMark, ContactMark } from "tatu/protocol" */
+/** @import { BodyMark, ContactMark, Joint } from "tatu/protocol" */
 
 const KINDS = /** @type {const} */ ({
   contacts: "Contacts and forces",
   masses: "Centres of mass",
+  inertia: "Inertia, as boxes of equal mass",
+  colliders: "Shapes that collide",
   velocities: "Velocities",
-  joints: "Axes of joints",
+  joints: "Axes of joints and their limits",
   frames: "Frames of the selection",
 });
 /** @typedef {keyof typeof KINDS} Kind */
@@ -31,9 +35,14 @@ const line = (/** @type {number} */ color) => new THREE.LineBasicMaterial({ colo
 const FORCE = line(0xe0352b);
 const SPEED = line(0x2b7de0);
 const AXIS = line(0xb35900);
+const INERTIA = line(0x8a3ffc);
+const COLLIDES = line(0x0d8a6a);
 const POINT = new THREE.PointsMaterial({ color: 0xe0352b, size: 6, sizeAttenuation: false, depthTest: false, transparent: true });
 const MASS = new THREE.MeshBasicMaterial({ color: 0xf2c500, depthTest: false, transparent: true, opacity: 0.9 });
 const BALL = new THREE.SphereGeometry(1, 12, 8);
+const BOX = new THREE.EdgesGeometry(new THREE.BoxGeometry(1, 1, 1));
+const UP = new THREE.Vector3(0, 0, 1);
+const asksForBodies = () => is("masses") || is("velocities") || is("inertia");
 
 /** @type {ContactMark[]} */
 let contacts = [];
@@ -63,10 +72,54 @@ function segments(ends, material) {
   if (ends.length) all.add(new THREE.LineSegments(new THREE.BufferGeometry().setFromPoints(ends), material));
 }
 
+/**
+ * The way of a joint between its limits: an arc with the spokes at its ends, or a line with strokes across.
+ * @param {THREE.Object3D} group
+ * @param {Joint} joint
+ * @param {number} size
+ */
+function range(group, joint, size) {
+  const [low, high] = joint.limits ?? [0, 0];
+  /** @type {THREE.Vector3[]} */
+  const ends = [];
+  if (joint.type === "prismatic") {
+    const across = new THREE.Vector3(0.4 * size, 0, 0);
+    const [from, to] = [new THREE.Vector3(0, 0, low), new THREE.Vector3(0, 0, high)];
+    ends.push(from, to);
+    for (const end of [from, to]) ends.push(end.clone().add(across), end.clone().sub(across));
+  } else if (joint.type === "revolute") {
+    const n = Math.max(2, Math.ceil((high - low) / 0.15));
+    const at = Array.from({ length: n + 1 }, (_, i) => low + ((high - low) * i) / n).map((a) => new THREE.Vector3(size * Math.cos(a), size * Math.sin(a), 0));
+    for (let i = 0; i < n; i++) ends.push(/** @type {THREE.Vector3} */ (at[i]).clone(), /** @type {THREE.Vector3} */ (at[i + 1]).clone());
+    for (const end of [at[0], at[n]]) if (end) ends.push(new THREE.Vector3(), end.clone());
+  }
+  return ends.map((p) => group.localToWorld(p));
+}
+
+/**
+ * The box of even density with the mass and the inertia of a body.
+ * @param {THREE.Object3D} group
+ * @param {THREE.Vector3} center
+ * @param {BodyMark} body
+ */
+function inertiaBox(group, center, body) {
+  const { moments, axes } = principal(body.inertia);
+  const total = moments[0] + moments[1] + moments[2];
+  const size = moments.map((m) => Math.sqrt(Math.max(0, (6 * (total - 2 * m)) / body.mass)));
+  const box = new THREE.LineSegments(BOX, INERTIA);
+  box.userData.shared = true;
+  box.position.copy(center);
+  const [x, y, z] = axes.map((a) => new THREE.Vector3(...a));
+  const turned = new THREE.Quaternion().setFromRotationMatrix(new THREE.Matrix4().makeBasis(x ?? UP, y ?? UP, z ?? UP));
+  box.quaternion.copy(group.getWorldQuaternion(new THREE.Quaternion())).multiply(turned);
+  box.scale.set(size[0] ?? 0, size[1] ?? 0, size[2] ?? 0);
+  return box;
+}
+
 /** Draws everything that is wanted anew; sizes are parts of the view. */
 function draw() {
   for (const child of all.children) {
-    if (child instanceof THREE.LineSegments || child instanceof THREE.Points) child.geometry.dispose();
+    if (!child.userData.shared && (child instanceof THREE.LineSegments || child instanceof THREE.Points)) child.geometry.dispose();
   }
   all.clear();
   const view = camera.position.distanceTo(controls.target) * Math.tan((camera.fov * Math.PI) / 360);
@@ -84,8 +137,9 @@ function draw() {
   const speeds = [];
   for (const b of bodies) {
     const group = groups.get(b.id);
-    if (!group || !(is("masses") || is("velocities"))) continue;
+    if (!group || !asksForBodies()) continue;
     const center = group.localToWorld(new THREE.Vector3(...b.com));
+    if (is("inertia") && b.mass > 0) all.add(inertiaBox(group, center, b));
     if (is("masses") && b.mass > 0) {
       const ball = new THREE.Mesh(BALL, MASS);
       ball.position.copy(center);
@@ -101,9 +155,27 @@ function draw() {
     const ends = [];
     for (const o of scene.objects.values()) {
       const group = o.kind === "joint" ? groups.get(o.id) : null;
-      if (group) ends.push(...[-1, 1].map((side) => group.localToWorld(new THREE.Vector3(0, 0, 0.06 * view * side))));
+      if (!group) continue;
+      ends.push(...[-1, 1].map((side) => group.localToWorld(new THREE.Vector3(0, 0, 0.06 * view * side))));
+      if (o.joint?.limits) ends.push(...range(group, o.joint, 0.05 * view));
     }
     segments(ends, AXIS);
+  }
+  if (is("colliders")) {
+    for (const o of scene.objects.values()) {
+      const group = o.collides ? groups.get(o.id) : null;
+      if (!group) continue;
+      for (const [i, body] of group.userData.bodies.entries()) {
+        // A plane has no end.
+        if (o.parts?.[i]?.form === "plane") continue;
+        const edges = new THREE.LineSegments(outline(body.geometry), COLLIDES);
+        edges.userData.shared = true;
+        body.updateMatrix();
+        edges.matrixAutoUpdate = false;
+        edges.matrix.multiplyMatrices(group.matrixWorld, body.matrix);
+        all.add(edges);
+      }
+    }
   }
   if (is("frames")) {
     for (const id of selection()) {
@@ -121,9 +193,9 @@ function draw() {
 }
 
 function ask() {
-  send({ type: "overlays", contacts: is("contacts"), bodies: is("masses") || is("velocities") });
+  send({ type: "overlays", contacts: is("contacts"), bodies: asksForBodies() });
   if (!is("contacts")) contacts = [];
-  if (!is("masses") && !is("velocities")) bodies = [];
+  if (!asksForBodies()) bodies = [];
   draw();
 }
 
@@ -132,14 +204,14 @@ on("overlays", (message) => {
   draw();
 });
 on("hello", () => { if (wanted.size) ask(); });
-on("frame", () => { if (wanted.size && (is("joints") || is("frames"))) draw(); });
+on("frame", () => { if (wanted.size && (is("joints") || is("frames") || is("colliders"))) draw(); });
 on("event", ({ name }) => {
   if (name !== "stopped") return;
   contacts = [];
   draw();
 });
 controls.addEventListener("end", () => { if (wanted.size) draw(); });
-for (const news of /** @type {const} */ (["scene", "selected"])) watch(news, () => { if (wanted.size) draw(); });
+for (const news of /** @type {const} */ (["scene", "objects", "selected"])) watch(news, () => { if (wanted.size) draw(); });
 
 // The menu below the button.
 const button = get("overlays");

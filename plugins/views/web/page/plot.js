@@ -1,50 +1,136 @@
 // @ts-check
-// Curves on a canvas.
+// Curves on a canvas: axes with round numbers, a grid, and curves in colors that color-blind people can tell apart.
 
 /**
- * A curve; its color from 0 to 1.
+ * A curve; its color from 0 to 1. `times` is what goes along: the time, or what an x-y curve has there.
  * @typedef {{ name: string, unit?: string, color?: number[] | null, times: (number | null)[], values: (number | null)[] }} Curve
  */
 
+/** Colors of curves that have none: those of Okabe and Ito. */
+const COLORS = ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9"];
+/** Pixels of the picture between two lines of the grid, at least. */
+const APART = { x: 70, y: 28 };
+
 /**
- * Draws curves. `unit` stands along.
+ * The color of a curve.
+ * @param {Curve["color"]} color
+ * @param {number} i its place
+ */
+export function colorOf(color, i) {
+  return color ? `rgb(${color.map((v) => Math.round(255 * v)).join(" ")})` : COLORS[i % COLORS.length] ?? "";
+}
+
+/**
+ * Round numbers from `low` to `high`, at most `most` of them, and how many digits after the point they need.
+ * @param {number} low
+ * @param {number} high
+ * @param {number} most
+ */
+export function ticks(low, high, most) {
+  const rough = Math.max((high - low) / Math.max(1, most), Number.MIN_VALUE);
+  const power = 10 ** Math.floor(Math.log10(rough));
+  const step = power * ([1, 2, 5, 10].find((n) => n * power >= rough * (1 - 1e-9)) ?? 10);
+  const digits = Math.max(0, Math.ceil(-Math.log10(step) - 1e-9));
+  /** @type {number[]} */
+  const all = [];
+  for (let i = Math.ceil(low / step - 1e-9); i * step <= high + 1e-9 * step && all.length <= most + 1; i++) all.push(i * step + 0);
+  return { all, digits };
+}
+
+/**
+ * The least and the greatest number of curves, a little apart.
+ * @param {Curve[]} curves
+ * @param {"times" | "values"} key
+ */
+function range(curves, key) {
+  let [low, high] = [Infinity, -Infinity];
+  for (const curve of curves) {
+    for (const x of curve[key]) {
+      if (x === null) continue;
+      low = Math.min(low, x);
+      high = Math.max(high, x);
+    }
+  }
+  if (low > high) return null;
+  // A straight line stands in the middle.
+  const room = high > low ? (key === "values" ? 0.04 * (high - low) : 0) : Math.max(Math.abs(high) * 0.1, 1e-3);
+  return { low: low - room, high: high + room };
+}
+
+/**
+ * @param {number} x
+ * @param {number} digits
+ */
+function label(x, digits) {
+  return digits > 6 || Math.abs(x) >= 1e6 ? x.toExponential(1) : (x + 0).toFixed(digits).replace(/^-0(\.0*)?$/, "0$1");
+}
+
+/**
+ * Draws curves. `unit` stands along; `legend`: whether their names are in the picture.
  * @param {HTMLCanvasElement} canvas
  * @param {Curve[]} curves
+ * @param {string} [unit]
+ * @param {boolean} [legend]
  */
-export function plot(canvas, curves, unit = "s") {
+export function plot(canvas, curves, unit = "s", legend = true) {
   const c = canvas.getContext("2d");
   if (!c) return;
-  const [w, h] = [canvas.width, canvas.height];
+  const scale = canvas.clientWidth ? canvas.width / canvas.clientWidth : 1;
+  const [w, h] = [canvas.width / scale, canvas.height / scale];
+  c.setTransform(scale, 0, 0, scale, 0, 0);
   c.clearRect(0, 0, w, h);
-  /** @returns {[number, number]} */
-  const range = (/** @type {"times" | "values"} */ key) => {
-    let [low, high] = [Infinity, -Infinity];
-    for (const curve of curves) {
-      for (const x of curve[key]) {
-        if (x === null) continue;
-        low = Math.min(low, x);
-        high = Math.max(high, x);
-      }
-    }
-    return [low, high];
-  };
-  const [low, high] = range("values");
-  const [from, to] = range("times");
-  if (!(low <= high)) return;
-  const x = (/** @type {number} */ t) => 34 + ((w - 40) * (t - from)) / (to - from || 1);
-  const y = (/** @type {number} */ v) => h - 16 - ((h - 30) * (v - low)) / (high - low || 1);
-  c.font = "11px sans-serif";
-  c.fillStyle = getComputedStyle(canvas).color;
-  c.fillText(high.toPrecision(3), 0, 12);
-  c.fillText(low.toPrecision(3), 0, h - 16);
-  c.fillText(`${from.toFixed(1)} ${unit}`, 34, h - 2);
-  c.fillText(`${to.toFixed(1)} ${unit}`, w - 40, h - 2);
-  curves.forEach((s, i) => {
-    const [r, g, b] = (s.color ?? [0.2, 0.5, 0.9]).map((v) => Math.round(255 * v));
-    c.strokeStyle = c.fillStyle = `rgb(${r} ${g} ${b})`;
+  const [values, times] = [range(curves, "values"), range(curves, "times")];
+  if (!values || !times) return;
+  c.font = "11px system-ui, sans-serif";
+  const ink = getComputedStyle(canvas).color;
+  const upright = ticks(values.low, values.high, Math.floor((h - 34) / APART.y));
+  const left = 10 + Math.max(...upright.all.map((v) => c.measureText(label(v, upright.digits)).width), 12);
+  const along = ticks(times.low, times.high, Math.floor((w - left) / APART.x));
+  const x = (/** @type {number} */ t) => left + ((w - left - 10) * (t - times.low)) / (times.high - times.low);
+  const y = (/** @type {number} */ v) => h - 20 - ((h - 30) * (v - values.low)) / (values.high - values.low);
+
+  c.strokeStyle = c.fillStyle = ink;
+  c.lineWidth = 1;
+  const line = (/** @type {number[]} */ [x0 = 0, y0 = 0, x1 = 0, y1 = 0]) => {
     c.beginPath();
-    s.values.forEach((v, k) => { if (v !== null) c.lineTo(x(s.times[k] ?? 0), y(v)); });
+    c.moveTo(Math.round(x0) + 0.5, Math.round(y0) + 0.5);
+    c.lineTo(Math.round(x1) + 0.5, Math.round(y1) + 0.5);
     c.stroke();
-    c.fillText(`${s.name} ${s.unit ? `(${s.unit})` : ""}`, 40, 12 + 12 * i);
+  };
+  c.globalAlpha = 0.15;
+  for (const v of upright.all) line([left, y(v), w - 10, y(v)]);
+  for (const t of along.all) line([x(t), 10, x(t), h - 20]);
+  c.globalAlpha = 0.75;
+  c.textBaseline = "middle";
+  c.textAlign = "right";
+  for (const v of upright.all) c.fillText(label(v, upright.digits), left - 5, y(v));
+  c.textAlign = "center";
+  for (const t of along.all.slice(0, -1)) c.fillText(label(t, along.digits), x(t), h - 9);
+  c.textAlign = "right";
+  c.fillText(`${label(along.all.at(-1) ?? times.high, along.digits)} ${unit}`.trim(), w - 2, h - 9);
+  c.globalAlpha = 1;
+
+  c.lineWidth = 1.5;
+  c.lineJoin = "round";
+  curves.forEach((s, i) => {
+    c.strokeStyle = colorOf(s.color, i);
+    c.beginPath();
+    let pen = false;
+    s.values.forEach((v, k) => {
+      const t = s.times[k];
+      if (v === null || t === null || t === undefined) pen = false;
+      else if (pen) c.lineTo(x(t), y(v));
+      else {
+        c.moveTo(x(t), y(v));
+        pen = true;
+      }
+    });
+    c.stroke();
+  });
+  if (!legend) return;
+  c.textAlign = "left";
+  curves.forEach((s, i) => {
+    c.fillStyle = colorOf(s.color, i);
+    c.fillText(`${s.name} ${s.unit ? `(${s.unit})` : ""}`, left + 6, 17 + 13 * i);
   });
 }

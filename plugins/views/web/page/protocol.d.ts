@@ -19,6 +19,10 @@ com: [number, number, number],
  */
 mass: number,
 /**
+ * Its inertia about the centre of mass, in its frame, by rows, kg m^2.
+ */
+inertia: [number, number, number, number, number, number, number, number, number],
+/**
  * In the world, m/s.
  */
 velocity: [number, number, number], };
@@ -69,7 +73,7 @@ export type FromPage = { "type": "run", action: Action, } | { "type": "speed", s
 /**
  * The folder to which it goes: the answer to `folder`.
  */
-folder?: string, } | { "type": "folder", id: number, name: string, } | { "type": "save_script", id: number, script: number, text: string, version: number, } | { "type": "open", id: number, file: string, } | { "type": "picture", scene: string, png: string, } | { "type": "call", id: number, name: string, args: Array<unknown>, } | { "type": "details", object: number, } | { "type": "script", script: number, } | { "type": "image", object: number, } | { "type": "graph", object: number, } | { "type": "overlays", contacts: boolean, bodies: boolean, } | { "type": "commands", } | { "type": "files", };
+folder?: string, } | { "type": "folder", id: number, name: string, } | { "type": "save_script", id: number, script: number, text: string, version: number, } | { "type": "open", id: number, file: string, } | { "type": "picture", scene: string, png: string, } | { "type": "call", id: number, name: string, args: Array<unknown>, } | { "type": "details", object: number, } | { "type": "script", script: number, } | { "type": "data", object: number, } | { "type": "images", objects: Array<number>, } | { "type": "graphs", objects: Array<number>, } | { "type": "watch", of: number, values: Array<Watched>, } | { "type": "overlays", contacts: boolean, bodies: boolean, } | { "type": "film", id: number, on: boolean, } | { "type": "commands", } | { "type": "files", };
 
 /**
  * How a joint moves.
@@ -82,7 +86,11 @@ type: string,
 /**
  * The way of a screw per turn, m.
  */
-lead: number, };
+lead: number,
+/**
+ * Its lowest and highest position, rad or m, if it has limits.
+ */
+limits?: [number, number], };
 
 /**
  * A visible part of a shape.
@@ -140,7 +148,7 @@ range?: number, } | { "schema": "gps",
 /**
  * In the frame of the world.
  */
-position: Array<number>, };
+position: Array<number>, } | { "schema": "fields", fields: { [key in string]: Array<number | null> }, };
 
 /**
  * A property of an object.
@@ -160,6 +168,20 @@ min?: number,
 max?: number, value: unknown, };
 
 export type RunState = "stopped" | "running" | "paused";
+
+/**
+ * What is watched, after a step.
+ */
+export type Sample = {
+/**
+ * Simulation time, s.
+ */
+time: number,
+/**
+ * The numbers of each value in the order of the request; empty if it cannot be read. Numbers that are not finite
+ * are null.
+ */
+values: Array<Array<number | null>>, };
 
 /**
  * A scene that can be opened.
@@ -205,7 +227,11 @@ model: boolean,
 /**
  * The parts of a shape.
  */
-parts?: Array<Part>, joint?: Joint,
+parts?: Array<Part>,
+/**
+ * Whether a shape collides; missing: no.
+ */
+collides?: boolean, joint?: Joint,
 /**
  * The kind of a sensor.
  */
@@ -226,7 +252,7 @@ points?: Array<number>, closed?: boolean, scripts?: Array<Script>, };
 /**
  * A schema of readings that the page shows.
  */
-export type Schema = "proximity" | "range_scan" | "image" | "gps";
+export type Schema = "proximity" | "range_scan" | "image" | "gps" | "fields";
 
 /**
  * A script of an object or of the scene.
@@ -311,7 +337,7 @@ file: string, on_disk: boolean,
 /**
  * When a program that ended unexpectedly wrote a copy of unsaved edits, Unix time in s.
  */
-recovery: number | null, } | { "type": "event", name: string, payload: any, } | { "type": "readings", readings: { [key in number]: Reading | null }, } | { "type": "drawings", drawings: Array<Drawing>, } | { "type": "streams", graph: number, streams: Array<Stream>, } | { "type": "overlays", contacts: Array<ContactMark>, bodies: Array<BodyMark>, } | { "type": "details", object: number, rows: Array<Row>, } | { "type": "script", script: number, text: string, version: number, } | { "type": "commands", commands: Array<Command>, } | { "type": "files", files: Array<SceneFile>,
+recovery: number | null, } | { "type": "event", name: string, payload: any, } | { "type": "readings", readings: { [key in number]: Reading | null }, } | { "type": "drawings", drawings: Array<Drawing>, } | { "type": "streams", graph: number, streams: Array<Stream>, } | { "type": "values", of: number, samples: Array<Sample>, } | { "type": "data", object: number, data: { [key in string]: string }, } | { "type": "overlays", contacts: Array<ContactMark>, bodies: Array<BodyMark>, } | { "type": "details", object: number, rows: Array<Row>, } | { "type": "script", script: number, text: string, version: number, } | { "type": "commands", commands: Array<Command>, } | { "type": "files", files: Array<SceneFile>,
 /**
  * The name of the working folder.
  */
@@ -325,3 +351,8 @@ export type Volume = {
  * ray, cone, pyramid, cylinder or disc.
  */
 volume?: string, range?: number, near?: number, angle?: number, height?: number, radius_near?: number, radius_far?: number, size_near?: [number, number], size_far?: [number, number], };
+
+/**
+ * What is watched of an object: the key of a property, or the name of a field of its readings.
+ */
+export type Watched = { object: number, key: string, };

@@ -8,6 +8,7 @@ import { call, on } from "tatu/net";
 import { groups } from "tatu/objects";
 import { timeOf } from "tatu/parse";
 import { LEAST, MOST, between, grown, pull, steadied, turning } from "tatu/spring";
+import { limited } from "tatu/edits";
 import { rights, scene } from "tatu/store";
 import { camera, controls, hitAt, redraw, renderer, rayAt, stage } from "tatu/view";
 
@@ -104,7 +105,7 @@ async function bodyOf(id) {
 
 const canvas = renderer.domElement;
 canvas.addEventListener("pointerdown", async (e) => {
-  if (!e.shiftKey || e.button !== 0 || !rights.acts) return;
+  if (!e.shiftKey || e.button !== 0 || !rights.acts || limited()) return;
   const hit = hitAt(e);
   if (!hit) return;
   controls.enabled = false;

@@ -82,6 +82,7 @@ function parts(group, r) {
     case "proximity": return proximity(r);
     case "range_scan": return scan(r);
     case "gps": return gps(group, r);
+    case "fields": return [];
   }
 }
 

@@ -38,8 +38,8 @@ document.addEventListener("keydown", (e) => {
     save();
     return;
   }
-  // Menus and the palette are closed by Escape themselves.
-  if (isWriting() || isPlacing() || document.activeElement?.closest(".menu, #palette")) return;
+  // Menus, windows and the palette are closed by Escape themselves.
+  if (isWriting() || isPlacing() || document.activeElement?.closest(".menu, #palette, .pane")) return;
   // During a run, keys that are pressed in the view go to scripts.
   if (!ctrl && known.state !== "stopped" && document.activeElement === host) return;
   let act = ctrl ? WITH_CTRL[key] : e.shiftKey ? undefined : ALONE[key];

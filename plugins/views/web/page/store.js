@@ -2,7 +2,8 @@
 // What the page knows: the scene, and what is selected.
 
 import { get } from "tatu/dom";
-import { on, send } from "tatu/net";
+import { on } from "tatu/net";
+import { want } from "tatu/wants";
 
 /** @import { SceneObject, Script } from "tatu/protocol" */
 /**
@@ -76,6 +77,26 @@ export function under(id) {
   return all;
 }
 
+/**
+ * The path of an object, by aliases; "": there is none.
+ * @param {number} id
+ */
+export function pathOf(id) {
+  let path = "";
+  for (let up = scene.objects.get(id); up; up = scene.objects.get(up.parent)) path = `/${up.alias}${path}`;
+  return path;
+}
+
+/**
+ * The first object at a path of aliases; 0: none.
+ * @param {string} path
+ */
+export function objectAt(path) {
+  if (!path) return 0;
+  for (const id of scene.objects.keys()) if (pathOf(id) === path) return id;
+  return 0;
+}
+
 /** @type {number[]} */
 let wanted = [];
 
@@ -110,8 +131,8 @@ function choose() {
 function request() {
   const id = selected();
   const o = scene.objects.get(id);
-  send({ type: "image", object: o?.schema === "image" ? id : 0 });
-  send({ type: "graph", object: o?.kind === "graph" ? id : 0 });
+  want("images", "selected", o?.schema === "image" ? id : 0);
+  want("graphs", "selected", o?.kind === "graph" ? id : 0);
 }
 
 function name() {
@@ -139,6 +160,4 @@ on("state", ({ file }) => {
 });
 on("hello", ({ acts }) => {
   rights.acts = acts;
-  // The program forgets with a connection what was asked for over it.
-  if (chosen.length) request();
 });

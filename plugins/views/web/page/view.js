@@ -66,6 +66,40 @@ function clip() {
   camera.updateProjectionMatrix();
 }
 
+/** What else is drawn with each picture. @type {Set<() => void>} */
+const others = new Set();
+
+/**
+ * Calls `f` before each picture of the view; returns what ends this.
+ * @param {() => void} f
+ */
+export function alsoDraw(f) {
+  others.add(f);
+  return () => { others.delete(f); };
+}
+
+/**
+ * Draws what another camera sees into a canvas, by way of a corner of the view that is drawn over afterwards.
+ * @param {THREE.PerspectiveCamera} other
+ * @param {HTMLCanvasElement} canvas as large as it is shown; at most as large as the view
+ */
+export function drawFrom(other, canvas) {
+  const whole = renderer.getSize(new THREE.Vector2());
+  const [w, h] = [Math.min(canvas.clientWidth, whole.x), Math.min(canvas.clientHeight, whole.y)];
+  const ratio = renderer.getPixelRatio();
+  const [columns, rows] = [Math.floor(w * ratio), Math.floor(h * ratio)];
+  if (canvas.width !== columns || canvas.height !== rows) Object.assign(canvas, { width: columns, height: rows });
+  place(other, rows);
+  renderer.setScissorTest(true);
+  renderer.setViewport(0, 0, w, h);
+  renderer.setScissor(0, 0, w, h);
+  renderer.render(stage, other);
+  renderer.setScissorTest(false);
+  renderer.setViewport(0, 0, whole.x, whole.y);
+  const from = renderer.domElement.height - rows;
+  canvas.getContext("2d")?.drawImage(renderer.domElement, 0, from, columns, rows, 0, 0, columns, rows);
+}
+
 let due = false;
 /** Pictures that were drawn. */
 export let drawn = 0;
@@ -76,12 +110,13 @@ export function redraw() {
   requestAnimationFrame(() => {
     due = false;
     root.updateMatrixWorld();
-    place(camera, renderer.domElement.height);
     // A graphics card draws shadows of thousands of parts, a processor does not.
     sun.castShadow = !isLarge();
     zoom.value = Math.tan((camera.fov * Math.PI) / 360) / USUAL;
     clip();
     if (sun.castShadow) shade();
+    for (const f of others) f();
+    place(camera, renderer.domElement.height);
     drawn++;
     renderer.render(stage, camera);
   });

@@ -3,6 +3,7 @@
 
 import { failure } from "tatu/calls";
 import { get } from "tatu/dom";
+import { movable } from "tatu/floating";
 import { call, on } from "tatu/net";
 import { line } from "tatu/output";
 import { rights, selection, watch } from "tatu/store";
@@ -32,24 +33,6 @@ async function act(window, n, what, value) {
   } catch (e) {
     line("Status", failure(e).error, "error");
   }
-}
-
-/**
- * Lets a window be moved by its title.
- * @param {HTMLElement} box
- * @param {HTMLElement} bar
- */
-function drag(box, bar) {
-  bar.onpointerdown = (e) => {
-    if (e.target !== bar) return;
-    const [x, y] = [e.clientX - box.offsetLeft, e.clientY - box.offsetTop];
-    bar.setPointerCapture(e.pointerId);
-    bar.onpointermove = (m) => {
-      box.style.left = `${Math.max(0, Math.min(m.clientX - x, host.clientWidth - 60))}px`;
-      box.style.top = `${Math.max(0, Math.min(m.clientY - y, host.clientHeight - 30))}px`;
-    };
-    bar.onpointerup = () => { bar.onpointermove = null; };
-  };
 }
 
 /**
@@ -93,10 +76,8 @@ function show(key, payload) {
     close.onclick = () => act(window, 0, "close");
     bar.append(close);
   }
-  // Keys and clicks in a window are not for the view behind it.
-  for (const kind of ["keydown", "pointerdown", "pointerup", "wheel"]) box.addEventListener(kind, (e) => e.stopPropagation());
   box.append(bar, build(window));
-  drag(box, bar);
+  movable(box, bar);
   open.set(key, window);
   place(window);
   host.append(box);

@@ -1,5 +1,6 @@
 // @ts-check
-// Reading zip archives, as far as they store or deflate their files. Nothing here needs a page.
+// Zip archives: reading those that store or deflate their files, and writing some that store them. Nothing here needs a
+// page.
 
 const END = 0x06054b50;
 const ENTRY = 0x02014b50;
@@ -83,4 +84,61 @@ export async function unzip(buffer, wanted = () => true) {
     throw thrown instanceof RangeError || thrown instanceof TypeError ? damaged : thrown;
   }
   return files;
+}
+
+/** @param {Uint8Array} bytes */
+function crc32(bytes) {
+  let crc = ~0;
+  for (const byte of bytes) {
+    crc ^= byte;
+    for (let i = 0; i < 8; i++) crc = (crc >>> 1) ^ (crc & 1 ? 0xedb88320 : 0);
+  }
+  return ~crc >>> 0;
+}
+
+/** The first moment that an archive can name, 1980-01-01, so that the same files give the same archive. */
+const DATE = 0x21;
+/** Names are in UTF-8. */
+const UTF8 = 0x800;
+
+/**
+ * An archive of files as they are.
+ * @param {Unpacked[]} files
+ * @returns {Uint8Array<ArrayBuffer>}
+ */
+export function pack(files) {
+  const encoder = new TextEncoder();
+  const all = files.map(({ name, bytes }) => ({ name: encoder.encode(name), bytes, crc: crc32(bytes), at: 0 }));
+  const total = all.reduce((n, { name, bytes }) => n + 30 + 46 + 2 * name.length + bytes.length, 22);
+  const out = new Uint8Array(total);
+  const view = new DataView(out.buffer);
+  let at = 0;
+  const put = (/** @type {[2 | 4, number][]} */ ...numbers) => {
+    for (const [size, x] of numbers) {
+      if (size === 2) view.setUint16(at, x, true);
+      else view.setUint32(at, x, true);
+      at += size;
+    }
+  };
+  const copy = (/** @type {Uint8Array} */ bytes) => {
+    out.set(bytes, at);
+    at += bytes.length;
+  };
+  /** What the two entries of a file have in common. @returns {[2 | 4, number][]} */
+  const common = (/** @type {typeof all[number]} */ { name, bytes, crc }) => [
+    [2, 20], [2, UTF8], [2, 0], [2, 0], [2, DATE], [4, crc], [4, bytes.length], [4, bytes.length], [2, name.length], [2, 0],
+  ];
+  for (const file of all) {
+    file.at = at;
+    put([4, 0x04034b50], ...common(file));
+    copy(file.name);
+    copy(file.bytes);
+  }
+  const list = at;
+  for (const file of all) {
+    put([4, ENTRY], [2, 20], ...common(file), [2, 0], [2, 0], [2, 0], [4, 0], [4, file.at]);
+    copy(file.name);
+  }
+  put([4, END], [2, 0], [2, 0], [2, all.length], [2, all.length], [4, at - list], [4, list], [2, 0]);
+  return out;
 }

@@ -15,29 +15,21 @@ use crate::{
     gallery,
     plugin::Props,
     protocol::{Action, Command, Row, ToPage},
+    readings,
     recent::Recent,
     scene,
 };
 
 /// Properties that are too large to be shown as text.
 const LARGE: &[&str] = &["shape.surface", "shape.parts", "object.data", "scene.data", "graph.streams", "graph.curves"];
-/// Most numbers of a field of a reading that are shown as text.
-const MOST_NUMBERS: usize = 16;
 
 /// Returns the fields of a sensor's reading that are short, as rows like those of properties.
 fn reading(turn: &Turn<'_>, id: tatu_object) -> Vec<Row> {
     let fields = (0..).map_while(|i| turn.field_of(id, i));
     let rows = fields.filter_map(|(name, _)| {
-        let field = turn.reading(id, turn.host().prop(name)).ok()?;
-        let value: Vec<f64> = match field.elem() {
-            TATU_ELEM_F64 => field.f64s().to_vec(),
-            TATU_ELEM_F32 => field.f32s().iter().map(|x| f64::from(*x)).collect(),
-            TATU_ELEM_I32 => field.i32s().iter().map(|x| f64::from(*x)).collect(),
-            _ => return None,
-        };
+        let value = readings::short(&turn.reading(id, turn.host().prop(name)).ok()?)?;
         let value: Vec<Json> = value.iter().map(|x| json::write(&Value::Float(*x))).collect();
-        let shown = (1..=MOST_NUMBERS).contains(&value.len());
-        shown.then(|| Row {
+        Some(Row {
             key: name.to_owned(),
             kind: TATU_F64S.into(),
             count: value.len() as i64,
@@ -103,6 +95,14 @@ fn with_slots(value: Value) -> Value {
 fn choices(row: ValueRef<'_>) -> Vec<String> {
     let all = row.get("choices").and_then(|v| v.list()).unwrap_or_default();
     all.iter().filter_map(|c| c.as_str().map(|s| s.into_owned())).collect()
+}
+
+/// Returns the custom data of an object, or of the scene.
+pub fn data(turn: &Turn<'_>, p: &Props, n: u32) -> Result<ToPage> {
+    let map = if n == 0 { turn.get(0, p.scene_data)? } else { turn.get(object(n), p.data)? };
+    let text = |v: ValueRef<'_>| std::str::from_utf8(v.as_bytes()?).ok().map(str::to_owned);
+    let data = map.map().unwrap_or_default().iter().filter_map(|[k, v]| Some((text(*k)?, text(*v)?))).collect();
+    Ok(ToPage::Data { object: n, data })
 }
 
 /// Returns the source of a script.

@@ -109,7 +109,7 @@ impl Changes {
         let mut work = 1;
         match turn.get(id, p.kind).ok()?.as_bytes() {
             Some(b"shape") => {
-                [p.primitive, p.size, p.color].iter().for_each(|prop| all.value(turn, id, *prop));
+                [p.primitive, p.size, p.color, p.respondable].iter().for_each(|prop| all.value(turn, id, *prop));
                 match turn.get(id, p.primitive).ok()?.as_bytes() {
                     Some(b"mesh") => all.value(turn, id, p.mesh),
                     Some(b"compound") => {
@@ -120,7 +120,10 @@ impl Changes {
                     _ => {}
                 }
             }
-            Some(b"joint") => [p.joint_type, p.joint_lead].iter().for_each(|prop| all.value(turn, id, *prop)),
+            Some(b"joint") => {
+                let props = [p.joint_type, p.joint_lead, p.joint_limits, p.joint_cyclic];
+                props.iter().for_each(|prop| all.value(turn, id, *prop));
+            }
             Some(b"path") => [p.points, p.closed].iter().for_each(|prop| all.value(turn, id, *prop)),
             Some(b"sensor") => {
                 let kind = turn.get(id, p.sensor_kind).ok()?.as_str()?.into_owned();

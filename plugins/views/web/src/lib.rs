@@ -10,7 +10,8 @@
 //! - `lists`: lists built once for all clients, and limits on requests; `opened`: passes the address to a browser;
 //! - `plugin`: the plugin, and interned property keys; `windows`: windows of scripts; `pace`: real-time factor;
 //!   `files`: the page itself;
-//! - `film`: records a run; `film_page`: the page that plays a recording from a file.
+//! - `watch`: values that clients watch in each step;
+//! - `recorder`: records a run; `film`: a service that does so; `film_page`: the page that plays a recording from a file.
 
 mod acts;
 mod changes;
@@ -29,9 +30,11 @@ mod plugin;
 mod protocol;
 mod readings;
 mod recent;
+mod recorder;
 mod scene;
 mod service;
 mod show;
+mod watch;
 mod windows;
 
 use tatu_plugin_api::{

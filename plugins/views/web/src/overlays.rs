@@ -54,11 +54,20 @@ pub fn message(turn: &Turn<'_>, p: &Props, ids: &[tatu_object], wanted: Wanted) 
                 id: tatu_slot(id),
                 com: com.first_chunk().copied().unwrap_or_default(),
                 mass: turn.f64(id, p.mass)?,
+                inertia: inertia(&turn.get(id, p.inertia)?.numbers().unwrap_or_default()),
                 velocity: [x, y, z],
             });
         }
     }
     Ok(ToPage::Overlays { contacts, bodies })
+}
+
+/// Returns an inertia of three numbers, or of nine, as nine.
+fn inertia(numbers: &[f64]) -> [f64; 9] {
+    match *numbers {
+        [x, y, z] => [x, 0.0, 0.0, 0.0, y, 0.0, 0.0, 0.0, z],
+        _ => numbers.first_chunk().copied().unwrap_or_default(),
+    }
 }
 
 /// Returns whether an object is a shape that forces move.

@@ -21,6 +21,8 @@ const MOST_BEAMS: usize = 720;
 /// Most numbers of drawings, and samples of a stream, that are sent.
 const MOST_NUMBERS: usize = 60_000;
 const MOST_SAMPLES: usize = 600;
+/// Most numbers of a field that is told in numbers.
+const MOST_SHORT: usize = 16;
 /// Most readings in a message.
 const MOST_READINGS: usize = 60;
 
@@ -58,6 +60,7 @@ pub fn new(turn: &Turn<'_>, p: &Props, whole: &Whole, sent: &mut Sent) -> Readin
             Schema::Proximity => proximity(turn, p, id),
             Schema::RangeScan => scan(turn, p, id),
             Schema::Gps => gps(turn, p, id),
+            Schema::Fields => fields(turn, id),
             Schema::Image => None,
         };
         if sent.known.get(&id) == reading.as_ref() {
@@ -106,8 +109,28 @@ fn scan(turn: &Turn<'_>, p: &Props, id: tatu_object) -> Option<Reading> {
     })
 }
 
+fn fields(turn: &Turn<'_>, id: tatu_object) -> Option<Reading> {
+    let mut fields = BTreeMap::new();
+    for (name, _) in (0..).map_while(|i| turn.field_of(id, i)) {
+        let Some(numbers) = measured(turn, id, turn.host().prop(name)).as_ref().and_then(short) else { continue };
+        fields.insert(name.to_owned(), finite(numbers.into_iter().map(|x| (x * 1e6).round() / 1e6)));
+    }
+    (!fields.is_empty()).then_some(Reading::Fields { fields })
+}
+
+/// Returns the numbers of a field that has few.
+pub fn short(field: &safe::Reading) -> Option<Vec<f64>> {
+    let numbers: Vec<f64> = match field.elem() {
+        TATU_ELEM_F64 => field.f64s().to_vec(),
+        TATU_ELEM_F32 => field.f32s().iter().map(|x| f64::from(*x)).collect(),
+        TATU_ELEM_I32 => field.i32s().iter().map(|x| f64::from(*x)).collect(),
+        _ => return None,
+    };
+    (1..=MOST_SHORT).contains(&numbers.len()).then_some(numbers)
+}
+
 /// Returns the numbers as JSON has them: without those that are not finite.
-fn finite(all: impl IntoIterator<Item = f64>) -> Vec<Option<f64>> {
+pub fn finite(all: impl IntoIterator<Item = f64>) -> Vec<Option<f64>> {
     all.into_iter().map(|x| x.is_finite().then_some(x)).collect()
 }
 

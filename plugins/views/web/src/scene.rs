@@ -41,7 +41,8 @@ fn schema(turn: &Turn<'_>, p: &Props, id: tatu_object) -> Option<Schema> {
         (Schema::Image, p.depth),
         (Schema::Gps, p.gps),
     ];
-    fields.into_iter().find(|(_, field)| turn.reading(id, *field).is_ok()).map(|(schema, _)| schema)
+    let known = fields.into_iter().find(|(_, field)| turn.reading(id, *field).is_ok()).map(|(schema, _)| schema);
+    known.or_else(|| turn.field_of(id, 0).map(|_| Schema::Fields))
 }
 
 /// Parameters that describe the detection volume, whatever the kind of sensor.
@@ -127,6 +128,7 @@ pub fn object(turn: &Turn<'_>, p: &Props, id: tatu_object, assets: &mut Assets) 
         layer: turn.get(id, p.layer)?.as_i64().unwrap_or(0),
         model: turn.get(id, p.model_base)?.truthy(),
         parts: None,
+        collides: false,
         joint: None,
         sensor: None,
         schema: None,
@@ -136,14 +138,23 @@ pub fn object(turn: &Turn<'_>, p: &Props, id: tatu_object, assets: &mut Assets) 
         scripts: scripts_of(turn, p, turn.scripts(id)?.into_iter())?,
     };
     match kind.as_str() {
-        "shape" => o.parts = Some(parts(turn, id, assets)?),
+        "shape" => {
+            o.parts = Some(parts(turn, id, assets)?);
+            o.collides = turn.get(id, p.respondable)?.truthy();
+        }
         "joint" => {
-            o.joint = Some(Joint { form: text(turn.get(id, p.joint_type)?), lead: turn.f64(id, p.joint_lead)? });
+            let limits = turn.get(id, p.joint_limits).ok().and_then(|v| v.array::<2>());
+            let cyclic = turn.get(id, p.joint_cyclic).is_ok_and(|v| v.truthy());
+            o.joint = Some(Joint {
+                form: text(turn.get(id, p.joint_type)?),
+                lead: turn.f64(id, p.joint_lead)?,
+                limits: limits.filter(|l| !cyclic && l.iter().all(|x| x.is_finite())),
+            });
         }
         "sensor" => {
             let sensor = text(turn.get(id, p.sensor_kind)?);
             o.schema = schema(turn, p, id);
-            o.volume = o.schema.map(|_| volume(turn, id, &sensor));
+            o.volume = o.schema.filter(|s| *s != Schema::Fields).map(|_| volume(turn, id, &sensor));
             o.sensor = Some(sensor);
         }
         "path" => {

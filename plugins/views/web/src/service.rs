@@ -7,6 +7,7 @@ use std::{
     time::Instant,
 };
 
+use base64::{Engine, engine::general_purpose::STANDARD};
 use serde_json::{Value as Json, json};
 use tatu_plugin_api::{
     abi::*,
@@ -23,7 +24,7 @@ use crate::{
     changes::Changes,
     drop::{Dropped, Folder},
     edits::{self, Known},
-    files,
+    files, film_page,
     lists::{Allowance, Lists},
     opened::Opened,
     overlays::Wanted,
@@ -32,17 +33,21 @@ use crate::{
     protocol::{Action, FromPage, ToPage},
     readings,
     recent::Recent,
+    recorder::{EVENTS, Recorder},
     scene::Whole,
+    watch::Watch,
     windows::{self, Windows},
 };
 
 /// Version of the protocol.
-const VERSION: u32 = 2;
+const VERSION: u32 = 3;
 /// Most bytes of a message from a client.
 const MOST_MESSAGE: usize = 4 << 20;
 /// Most messages processed per turn, of a client with control rights and of one with view rights.
 const AT_ONCE: usize = 500;
 const LOOKS_AT_ONCE: usize = 20;
+/// Most images and graphs that a client shows at a time.
+const MOST_SHOWN: usize = 8;
 /// Most lines of output that a new client receives.
 const MOST_LINES: usize = 500;
 
@@ -81,6 +86,8 @@ pub(crate) struct State {
     pub(crate) lists: Lists,
     pub(crate) recent: Recent,
     pub(crate) edits: Known,
+    /// The film that a client is making.
+    pub(crate) film: Option<Recorder>,
     /// The file that passes the address to a browser, until the browser connects.
     pub(crate) opened: Option<Opened>,
 }
@@ -91,11 +98,15 @@ pub(crate) struct Guest {
     pub(crate) known: BTreeMap<u32, [u8; 20]>,
     /// Whether the client has received the current scene.
     pub(crate) whole: bool,
-    /// The sensor whose image the client shows, and the graph that it shows.
-    pub(crate) image: u32,
-    pub(crate) graph: u32,
+    /// The sensors whose images the client shows, and the graphs that it shows.
+    pub(crate) images: Vec<u32>,
+    pub(crate) graphs: Vec<u32>,
+    /// The values that it watches.
+    pub(crate) watch: Watch,
     /// What it draws over the scene.
     pub(crate) overlays: Wanted,
+    /// Whether it had not received everything yet when this round of messages began.
+    pub(crate) waits: bool,
     /// Whether it lacks readings that were sent to others, and the number of the drawings that it has.
     pub(crate) missed: bool,
     pub(crate) drawings: u64,
@@ -178,6 +189,7 @@ impl Service for Web {
             lists: Lists::default(),
             recent: Recent::of_user(),
             edits: Known::default(),
+            film: None,
             opened,
         };
         Ok(Web { p: plugin.p, state: RefCell::new(state) })
@@ -190,6 +202,7 @@ impl Service for Web {
         state.hear(turn, &self.p)?;
         state.attend(turn);
         state.edits.keep(turn);
+        state.record(turn, &self.p, step)?;
         state.show(turn, &self.p, step)?;
         // A world that is not running is not held, because its scripts are still called.
         if !running {
@@ -208,8 +221,11 @@ impl Service for Web {
         Ok(if state.pace.is_due(time) { Answer::Go } else { Answer::Hold })
     }
 
-    fn event(&self, _: &Turn<'_>, name: &str, payload: ValueRef<'_>) {
+    fn event(&self, turn: &Turn<'_>, name: &str, payload: ValueRef<'_>) {
         let Ok(mut state) = self.state() else { return };
+        if let Some(film) = state.film.as_mut().filter(|_| EVENTS.contains(&name)) {
+            film.event(turn, &self.p, name, payload);
+        }
         if matches!(name, edits::EVENT | "stopped") {
             state.edits.changed();
         }
@@ -243,7 +259,26 @@ impl Web {
     }
 }
 
+/// Returns as many of the objects as a client may show at a time.
+fn few(mut objects: Vec<u32>) -> Vec<u32> {
+    objects.truncate(MOST_SHOWN);
+    objects
+}
+
 impl State {
+    /// Takes what is filmed and watched in each step.
+    fn record(&mut self, turn: &Turn<'_>, p: &Props, step: u64) -> Result {
+        if turn.state() == TATU_STOPPED {
+            return Ok(());
+        }
+        if let Some(film) = &mut self.film {
+            film.look(turn, p, step)?;
+        }
+        let time = turn.f64(0, p.time)?;
+        self.guests.iter_mut().for_each(|g| g.watch.look(turn, time));
+        Ok(())
+    }
+
     /// Handles clients that have connected or disconnected.
     fn come(&mut self, _: &Turn<'_>) -> Result {
         for client in self.listener.take_new() {
@@ -261,9 +296,11 @@ impl State {
                 client,
                 known: BTreeMap::new(),
                 whole: false,
-                image: 0,
-                graph: 0,
+                images: Vec::new(),
+                graphs: Vec::new(),
+                watch: Watch::default(),
                 overlays: Wanted::default(),
+                waits: false,
                 missed: true,
                 drawings: 0,
                 dropped: None,
@@ -345,8 +382,10 @@ impl State {
         match asked {
             FromPage::Details { object } => return acts::details(turn, object).map(Some),
             FromPage::Script { script } => return acts::script(turn, script).map(Some),
-            FromPage::Image { object } => guest.image = object,
-            FromPage::Graph { object } => guest.graph = object,
+            FromPage::Data { object } => return acts::data(turn, p, object).map(Some),
+            FromPage::Images { objects } => guest.images = few(objects),
+            FromPage::Graphs { objects } => guest.graphs = few(objects),
+            FromPage::Watch { of, values } => guest.watch = Watch::new(turn, of, &values),
             FromPage::Overlays { contacts, bodies } => guest.overlays = Wanted { contacts, bodies },
             FromPage::Commands {} | FromPage::Files {} => {}
             _ if !may_act => return Err(Fail::unsupported("this page may only view")),
@@ -394,6 +433,17 @@ impl State {
                 return Ok(Some(ToPage::Result { of: id, results: Vec::new() }));
             }
             FromPage::Picture { scene, png } => acts::picture(&self.recent, &scene, &png)?,
+            FromPage::Film { id, on: true } => {
+                film_page::check()?;
+                self.film.get_or_insert_default();
+                return Ok(Some(ToPage::Result { of: id, results: Vec::new() }));
+            }
+            FromPage::Film { id, on: false } => {
+                let recording = self.film.take().and_then(|mut film| film.finish()).transpose();
+                let recording = recording.map_err(|e| Fail::new(format!("the film could not be made: {e}")))?;
+                let page = recording.map(|bytes| json!(STANDARD.encode(film_page::page(&bytes))));
+                return Ok(Some(ToPage::Result { of: id, results: vec![page.unwrap_or(Json::Null)] }));
+            }
             FromPage::Call { id, name, args } => {
                 self.last_round = None;
                 self.edits.look_again();

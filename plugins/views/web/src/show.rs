@@ -38,6 +38,7 @@ impl State {
             return Ok(());
         }
         self.last_frame = now;
+        self.guests.iter_mut().for_each(|g| g.waits = g.client.out.waits());
         let ids = turn.list(0, 0, 0)?;
         if self.world != turn.raw().ptr().addr() || self.whole.ids != ids {
             self.read_scene(turn, p)?;
@@ -58,6 +59,7 @@ impl State {
             let (all, time) = (Now::read(turn, p, &self.whole)?, turn.f64(0, p.time)?);
             for guest in self.guests.iter_mut().filter(|g| g.client.out.wants_frame()) {
                 guest.client.out.frame(all.since(&mut guest.known, step, time));
+                guest.watch.message().into_iter().for_each(|m| guest.client.out.send(m.message()));
             }
             self.show_overlays(turn, p)?;
         }
@@ -123,7 +125,7 @@ impl State {
     /// Queues what clients draw over the scene, made once for all that want the same.
     fn show_overlays(&mut self, turn: &Turn<'_>, p: &crate::plugin::Props) -> Result {
         let mut made: Option<(Wanted, Message)> = None;
-        for guest in self.guests.iter().filter(|g| g.overlays.any() && !g.client.out.waits()) {
+        for guest in self.guests.iter().filter(|g| g.overlays.any() && !g.waits) {
             let message = match &made {
                 Some((wanted, message)) if *wanted == guest.overlays => message.clone(),
                 _ => overlays::message(turn, p, &self.whole.ids, guest.overlays)?.message(),
@@ -145,7 +147,7 @@ impl State {
         for guest in &mut self.guests {
             let out = &guest.client.out;
             // A client that has not received the last messages yet is skipped until it has, and then gets all readings.
-            if out.waits() {
+            if guest.waits {
                 guest.missed |= any;
                 continue;
             }
@@ -159,13 +161,8 @@ impl State {
                 out.send(Message::Text(self.drawn.clone().into()));
                 guest.drawings = self.drawings;
             }
-            let image = (guest.image != 0).then(|| readings::image(turn, p, object(guest.image))).flatten();
-            image.into_iter().for_each(|m| out.send(m));
-            if guest.graph != 0
-                && let Ok(graph) = readings::graph(turn, object(guest.graph))
-            {
-                out.send(graph.message());
-            }
+            guest.images.iter().filter_map(|id| readings::image(turn, p, object(*id))).for_each(|m| out.send(m));
+            guest.graphs.iter().flat_map(|id| readings::graph(turn, object(*id))).for_each(|m| out.send(m.message()));
         }
         Ok(())
     }

@@ -2,7 +2,7 @@ import assert from "node:assert/strict";
 import { test } from "node:test";
 
 import {
-  STILL, about, compose, conjugate, fan, frameOf, fromDegrees, inverse, moved, multiply, positionOf, rotate, rotationOf, screenAxes, shift,
+  STILL, about, compose, conjugate, fan, frameOf, fromDegrees, inverse, moved, multiply, positionOf, principal, rotate, rotationOf, screenAxes, shift,
   snap, spin, toDegrees,
 } from "../geometry.js";
 
@@ -126,4 +126,15 @@ test("arrow keys go along the axes nearest to the screen's", () => {
   assert.deepEqual(screenAxes([0, 0, 0, 1], [0.1, 0.9, 0], [-0.9, 0.1, 0.5]), { across: { axis: 1, sign: 1 }, ahead: { axis: 0, sign: -1 } });
   // A frame that is turned by a right angle.
   assert.deepEqual(screenAxes(about(2, 90), [1, 0, 0], [0, 1, 0]), { across: { axis: 1, sign: -1 }, ahead: { axis: 0, sign: 1 } });
+});
+
+test("principal axes turn an inertia into its moments", () => {
+  for (const inertia of [[1, 0, 0, 0, 2, 0, 0, 0, 3], [2, 0.3, -0.1, 0.3, 1.5, 0.2, -0.1, 0.2, 1], [1, 0.5, 0, 0.5, 1, 0, 0, 0, 2]]) {
+    const { moments, axes } = principal(inertia);
+    axes.forEach((a, k) => {
+      near([0, 1, 2].map((i) => a.reduce((n, x, j) => n + inertia[3 * i + j] * x, 0)), a.map((x) => moments[k] * x));
+    });
+    const [x, y, z] = axes;
+    near([x[1] * y[2] - x[2] * y[1], x[2] * y[0] - x[0] * y[2], x[0] * y[1] - x[1] * y[0]], z);
+  }
 });

@@ -1,8 +1,12 @@
 import assert from "node:assert/strict";
+import { execFileSync } from "node:child_process";
+import { mkdtempSync, rmSync, writeFileSync } from "node:fs";
+import { tmpdir } from "node:os";
+import { join } from "node:path";
 import { test } from "node:test";
 import { deflateRawSync } from "node:zlib";
 
-import { unzip } from "../zip.js";
+import { pack, unzip } from "../zip.js";
 
 /** An archive of files, packed or as they are. */
 function archive(files) {
@@ -56,4 +60,16 @@ test("damaged archives are refused", async () => {
   for (const bad of [new ArrayBuffer(0), new ArrayBuffer(100), good.slice(0, good.byteLength - 1), good.slice(20)]) {
     await assert.rejects(unzip(bad), (thrown) => /damaged/.test(thrown.error ?? ""));
   }
+});
+
+test("what was packed is unpacked, here and by another program", async () => {
+  const files = [{ name: "a.txt", bytes: new TextEncoder().encode("caf\u00e9") }, { name: "f/\u00e9.bin", bytes: new Uint8Array([0, 255, 7]) }];
+  const packed = pack(files);
+  assert.deepEqual(await unzip(packed.buffer), files);
+  const folder = mkdtempSync(join(tmpdir(), "tatu-zip-"));
+  writeFileSync(join(folder, "a.zip"), packed);
+  // Python checks the checksums.
+  const out = execFileSync("python3", ["-c", "import sys, zipfile; z = zipfile.ZipFile(sys.argv[1]); print(z.testzip(), z.namelist())", join(folder, "a.zip")]);
+  assert.equal(out.toString().trim(), "None ['a.txt', 'f/\u00e9.bin']");
+  rmSync(folder, { recursive: true });
 });

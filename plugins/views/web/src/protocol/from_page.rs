@@ -45,16 +45,32 @@ pub(crate) enum FromPage {
     Details { object: u32 },
     /// Requests the source of a script.
     Script { script: u32 },
-    /// Requests the images of a sensor from now on; 0: of none.
-    Image { object: u32 },
-    /// Requests the streams of a graph from now on; 0: of none.
-    Graph { object: u32 },
+    /// Requests the custom data of an object; 0: of the scene.
+    Data { object: u32 },
+    /// Requests the images of these sensors from now on.
+    Images { objects: Vec<u32> },
+    /// Requests the streams of these graphs from now on.
+    Graphs { objects: Vec<u32> },
+    /// Requests the values of properties and fields of readings in each step from now on. The samples repeat `of`.
+    Watch { of: u32, values: Vec<Watched> },
     /// Requests what is drawn over the scene from now on: contacts, and of bodies centres of mass and velocities.
     Overlays { contacts: bool, bodies: bool },
+    /// Begins to film, from the next start on, or now during a run; or ends it, with the film as a page in base64 as the
+    /// answer, or null if nothing ran.
+    Film { id: u32, on: bool },
     /// Requests the list of all commands.
     Commands {},
     /// Requests the list of scenes that can be opened.
     Files {},
+}
+
+/// What is watched of an object: the key of a property, or the name of a field of its readings.
+#[derive(Debug, Clone, PartialEq, Eq, Deserialize)]
+#[cfg_attr(test, derive(ts_rs::TS))]
+#[serde(deny_unknown_fields)]
+pub(crate) struct Watched {
+    pub(crate) object: u32,
+    pub(crate) key: String,
 }
 
 /// What a request to run does.
@@ -84,6 +100,7 @@ impl FromPage {
             | FromPage::Folder { id, .. }
             | FromPage::SaveScript { id, .. }
             | FromPage::Open { id, .. }
+            | FromPage::Film { id, .. }
             | FromPage::Call { id, .. } => Some(*id),
             _ => None,
         }

@@ -6,9 +6,9 @@ mod object;
 mod sensed;
 mod to_page;
 
-pub(crate) use from_page::{Action, FromPage};
+pub(crate) use from_page::{Action, FromPage, Watched};
 pub(crate) use object::{Joint, Object, Part, Schema, Script, Texture, Volume};
-pub(crate) use sensed::{BodyMark, ContactMark, Drawing, Reading, Readings, Stream};
+pub(crate) use sensed::{BodyMark, ContactMark, Drawing, Reading, Readings, Sample, Stream};
 pub(crate) use to_page::{Command, Edits, Row, RunState, SceneFile, Section, ToPage};
 
 #[cfg(test)]

@@ -22,6 +22,10 @@ pub(crate) struct Object {
     /// The parts of a shape.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(crate) parts: Option<Vec<Part>>,
+    /// Whether a shape collides; missing: no.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    #[cfg_attr(test, ts(optional, as = "Option<bool>"))]
+    pub(crate) collides: bool,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(crate) joint: Option<Joint>,
     /// The kind of a sensor.
@@ -90,13 +94,16 @@ pub(crate) struct Part {
 
 /// How a joint moves.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-#[cfg_attr(test, derive(ts_rs::TS))]
+#[cfg_attr(test, derive(ts_rs::TS), ts(optional_fields))]
 pub(crate) struct Joint {
     /// revolute, prismatic or spherical.
     #[serde(rename = "type")]
     pub(crate) form: String,
     /// The way of a screw per turn, m.
     pub(crate) lead: f64,
+    /// Its lowest and highest position, rad or m, if it has limits.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) limits: Option<[f64; 2]>,
 }
 
 /// A script of an object or of the scene.
@@ -120,6 +127,7 @@ pub(crate) enum Schema {
     RangeScan,
     Image,
     Gps,
+    Fields,
 }
 
 /// The volume in which a sensor detects; lengths in m, angles in rad. Infinite numbers are left out.

@@ -37,6 +37,11 @@ pub(crate) enum Reading {
         /// In the frame of the world.
         position: Vec<f64>,
     },
+    /// Of any other sensor: the fields that have few numbers, by name.
+    Fields {
+        #[cfg_attr(test, ts(as = "BTreeMap<String, Vec<Option<f64>>>"))]
+        fields: BTreeMap<String, Vec<Option<f64>>>,
+    },
 }
 
 /// What a script draws.
@@ -65,6 +70,17 @@ pub(crate) struct Stream {
     pub(crate) values: Vec<Option<f64>>,
 }
 
+/// What is watched, after a step.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(test, derive(ts_rs::TS))]
+pub(crate) struct Sample {
+    /// Simulation time, s.
+    pub(crate) time: f64,
+    /// The numbers of each value in the order of the request; empty if it cannot be read. Numbers that are not finite
+    /// are null.
+    pub(crate) values: Vec<Vec<Option<f64>>>,
+}
+
 /// A contact of the last step.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[cfg_attr(test, derive(ts_rs::TS))]
@@ -86,6 +102,8 @@ pub(crate) struct BodyMark {
     pub(crate) com: [f64; 3],
     /// kg.
     pub(crate) mass: f64,
+    /// Its inertia about the centre of mass, in its frame, by rows, kg m^2.
+    pub(crate) inertia: [f64; 9],
     /// In the world, m/s.
     pub(crate) velocity: [f64; 3],
 }

@@ -1,12 +1,14 @@
 //! Messages to a client.
 
+use std::collections::BTreeMap;
+
 use serde::Serialize;
 use serde_json::Value as Json;
 use tatu_services_common::outbox::Message;
 
 use super::{
     object::{Object, Script},
-    sensed::{BodyMark, ContactMark, Drawing, Readings, Stream},
+    sensed::{BodyMark, ContactMark, Drawing, Readings, Sample, Stream},
 };
 
 /// A message to the page.
@@ -56,6 +58,16 @@ pub(crate) enum ToPage {
     Streams {
         graph: u32,
         streams: Vec<Stream>,
+    },
+    /// What is watched, in each step since the last message.
+    Values {
+        of: u32,
+        samples: Vec<Sample>,
+    },
+    /// The custom data of an object, texts by tag; 0: of the scene. Binary data is left out.
+    Data {
+        object: u32,
+        data: BTreeMap<String, String>,
     },
     /// What is drawn over the scene, as it was requested.
     Overlays {

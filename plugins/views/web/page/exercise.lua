@@ -1,0 +1,152 @@
+-- Checks the goals of an exercise in each step, and tells which are reached. The goals are the lines of the custom data
+-- `exercise.goals` of this object; docs/guide/exercises.md says what a line can be.
+
+local goals
+-- The time at the end of the last step.
+local now = 0
+
+-- The object at a path, or an error that names the goal.
+local function object(path, line)
+    local found = sim.getObject(path, {noError = true})
+    if found == -1 then
+        error('the goal "' .. line .. '": there is no object ' .. path, 0)
+    end
+    return found
+end
+
+local function distance(a, b)
+    return math.sqrt((a[1] - b[1]) ^ 2 + (a[2] - b[2]) ^ 2 + (a[3] - b[3]) ^ 2)
+end
+
+local function position(o)
+    return sim.getObjectPosition(o, -1)
+end
+
+-- Kinds of conditions: a pattern, and what makes a function of its captures that says whether the condition holds.
+local conditions = {
+    {'^(/%S+) within ([%d.]+) m of (/%S+)$', function(line, a, reach, b)
+        a, b, reach = object(a, line), object(b, line), tonumber(reach)
+        return function()
+            return distance(position(a), position(b)) <= reach
+        end
+    end},
+    {'^(/%S+) goes ([%d.]+) m$', function(line, a, way)
+        a, way = object(a, line), tonumber(way)
+        local gone, last = 0, position(a)
+        return function()
+            local now = position(a)
+            gone, last = gone + distance(now, last), now
+            return gone >= way
+        end
+    end},
+    {'^(/%S+) touches (/%S+)$', function(line, a, b)
+        object(a, line)
+        object(b, line)
+        local touched = false
+        local function below(path, top)
+            return path == top or path:sub(1, #top + 1) == top .. '/'
+        end
+        tatu.on('collision', function(e)
+            touched = touched or below(e.a_path, a) and below(e.b_path, b) or below(e.a_path, b) and below(e.b_path, a)
+        end)
+        return function()
+            local now = touched
+            touched = false
+            return now
+        end
+    end},
+    {'^(/%S+) ([%l_]+%.[%l_]+)%.?([xyz]?) ([<>]) (-?[%d.]+)$', function(line, a, key, part, sign, bound)
+        a, bound = object(a, line), tonumber(bound)
+        local index = part ~= '' and part:byte() - ('x'):byte() + 1
+        return function()
+            local value = tatu.get(a, key)
+            if index then
+                value = value[index]
+            end
+            if sign == '<' then
+                return value < bound
+            end
+            return value > bound
+        end
+    end},
+}
+
+-- A goal of a line: `[TEXT:] [never] CONDITION [for S s] [before S s]`.
+local function read(line)
+    local text, rest = line:match('^([^:]*):%s+(.+)$')
+    local goal = {text = text or line, state = 'open', since = nil}
+    rest = rest or line
+    local function take(pattern)
+        local before, number = rest:match(pattern)
+        rest = before or rest
+        return tonumber(number)
+    end
+    goal.before = take('^(.-)%s+before ([%d.]+) s$')
+    goal.during = take('^(.-)%s+for ([%d.]+) s$')
+    local kept = rest:match('^never%s+(.+)$')
+    goal.never, rest = kept ~= nil, kept or rest
+    for _, kind in ipairs(conditions) do
+        local captures = {rest:match(kind[1])}
+        if captures[1] then
+            goal.holds = kind[2](line, table.unpack(captures))
+            return goal
+        end
+    end
+    error('the goal "' .. line .. '" cannot be read: expected such as "/Robot within 0.3 m of /Flag before 30 s", '
+        .. '"never /Robot touches /Wall", "/Robot goes 5 m" or "/Pole object.position.z > 0.8 for 5 s"', 0)
+end
+
+local function tell()
+    local all = {}
+    for i, goal in ipairs(goals) do
+        all[i] = {text = goal.text, state = goal.state, time = goal.time or -1}
+    end
+    tatu.emit('exercise.goals', {goals = all})
+end
+
+local function ends(goal, state)
+    goal.state = state
+    goal.time = now
+    sim.addLog(sim.verbosity_scriptinfos, string.format('%s at %.2f s: %s', state, goal.time, goal.text))
+    tell()
+end
+
+function sysCall_init()
+    goals = {}
+    local data = tatu.get(sim.getObject('..'), 'object.data')
+    for line in (data['exercise.goals'] or ''):gmatch('[^\r\n]+') do
+        line = line:match('^%s*(.-)%s*$')
+        if line ~= '' then
+            goals[#goals + 1] = read(line)
+        end
+    end
+    tell()
+end
+
+function sysCall_sensing()
+    now = sim.getSimulationTime() + sim.getSimulationTimeStep()
+    for _, goal in ipairs(goals) do
+        if goal.state == 'open' then
+            if goal.holds() then
+                goal.since = goal.since or now
+                if now - goal.since >= (goal.during or 0) - 1e-9 then
+                    ends(goal, goal.never and 'failed' or 'reached')
+                end
+            else
+                goal.since = nil
+            end
+            if goal.state == 'open' and goal.before and now >= goal.before - 1e-9 then
+                ends(goal, goal.never and 'reached' or 'failed')
+            end
+        end
+    end
+end
+
+function sysCall_cleanup()
+    for _, goal in ipairs(goals or {}) do
+        if goal.state == 'open' then
+            -- What should never happen has not happened.
+            ends(goal, goal.never and 'reached' or 'failed')
+        end
+    end
+end

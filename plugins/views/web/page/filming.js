@@ -1,0 +1,105 @@
+// @ts-check
+// Films by a button: from the next start, or from now on during a run, until the stop; then the browser saves a page.
+
+import { failure } from "tatu/calls";
+import { get } from "tatu/dom";
+import { known } from "tatu/edits";
+import { ask, on } from "tatu/net";
+import { line } from "tatu/output";
+import { rights } from "tatu/store";
+import { download } from "tatu/table";
+
+const button = get("film", HTMLButtonElement);
+let filming = false;
+/** Whether each run is filmed, as exercises ask, and the film of the last one. */
+let always = false;
+/** @type {Blob | null} */
+let last = null;
+
+/** @param {unknown} thrown */
+function tell(thrown) {
+  const { error, help } = failure(thrown);
+  line("Status", help ? `${error} (${help})` : error, "error");
+}
+
+function mark() {
+  button.disabled = !rights.acts;
+  button.setAttribute("aria-pressed", String(filming));
+  button.title = filming ? "Filming: the stop, or a click, saves the film" : "Film the run, as a page that shows it without the program";
+}
+
+function begin() {
+  return ask({ type: "film", on: true }, "filming").catch(tell);
+}
+
+/** Ends a recording; a promise of the film, null: nothing ran. */
+async function end() {
+  try {
+    const [page] = await ask({ type: "film", on: false }, "the film");
+    if (typeof page !== "string") return null;
+    return new Blob([Uint8Array.from(atob(page), (c) => c.charCodeAt(0))], { type: "text/html" });
+  } catch (thrown) {
+    tell(thrown);
+    return null;
+  }
+}
+
+/** The name of a file of this scene. @param {string} ending */
+export function nameFor(ending) {
+  const name = known.file.split(/[\\/]/).pop()?.replace(/\.\w+$/, "") || "scene";
+  return `${name}${ending}`;
+}
+
+/**
+ * Films each run from now on, for `lastFilm`, or none.
+ * @param {boolean} is
+ */
+export function filmAlways(is) {
+  if (always === is || !rights.acts) return;
+  always = is;
+  if (always) begin();
+  else if (!filming) end();
+}
+
+/** What is being done with a film that has just ended. */
+let finishing = Promise.resolve();
+
+/** The film of the last run of those that are always filmed; a promise of null: there is none. */
+export async function lastFilm() {
+  await finishing;
+  return last;
+}
+
+async function finish() {
+  const film = await end();
+  if (film) last = film;
+  if (filming) {
+    filming = false;
+    mark();
+    if (film) {
+      download(film, nameFor(".html"));
+      line("Status", `The film ${nameFor(".html")} has ${(film.size / 1e6).toFixed(1)} MB; any browser shows it`);
+    } else line("Status", "There is no film: nothing ran", "warning");
+  }
+  if (always) await begin();
+}
+
+button.onclick = async () => {
+  if (filming && known.state !== "stopped") {
+    finishing = finish();
+    return;
+  }
+  filming = !filming;
+  mark();
+  if (always) return;
+  if (filming) await begin();
+  else await end();
+};
+on("event", ({ name }) => { if (name === "stopped" && (filming || always)) finishing = finish(); });
+// The program forgets what was asked for over a connection that is lost.
+on("again", () => {
+  filming = false;
+  mark();
+  if (always) begin();
+});
+on("hello", mark);

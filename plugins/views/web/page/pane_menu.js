@@ -1,0 +1,41 @@
+// @ts-check
+// The menu of windows: the list of sensors, what cameras see, plots of graphs.
+
+import { cameraSpec, sees } from "tatu/camera_pane";
+import { get } from "tatu/dom";
+import { openMenu } from "tatu/menu";
+import { isOpen, toggle } from "tatu/panes";
+import { graphSpec } from "tatu/plot_pane";
+import { pathOf, scene } from "tatu/store";
+import "tatu/sensor_pane";
+
+/** Most objects of a kind in the menu. */
+const MOST = 12;
+
+/**
+ * The window that shows an object; null: there is none.
+ * @param {number} id
+ * @returns {{ kind: string, spec: unknown } | null}
+ */
+export function windowOf(id) {
+  if (sees(id)) return { kind: "camera", spec: cameraSpec(id) };
+  if (scene.objects.get(id)?.kind === "graph") return { kind: "plot", spec: graphSpec(id) };
+  return null;
+}
+
+const button = get("windows");
+button.onclick = () => {
+  const all = [...scene.objects.values()];
+  const groups = [all.filter((o) => sees(o.id)), all.filter((o) => o.kind === "graph")];
+  const entries = [{ name: "Sensors", kind: "sensors", spec: /** @type {unknown} */ ({}) }];
+  for (const group of groups) {
+    for (const o of group.slice(0, MOST)) {
+      const window = windowOf(o.id);
+      if (window) entries.push({ name: pathOf(o.id).slice(1), ...window });
+    }
+  }
+  const box = button.getBoundingClientRect();
+  openMenu(box.left, box.bottom + 2, entries.map(({ name, kind, spec }) => (
+    { name, keys: isOpen(kind, spec) ? "\u2713" : "", act: () => toggle(kind, spec), off: false }
+  )));
+};

@@ -1,0 +1,238 @@
+// @ts-check
+// Plots in windows: properties and readings over time, or over each other, and the streams of graphs.
+
+import { make } from "tatu/dom";
+import { floating } from "tatu/floating";
+import { partsOf, nameOf, unitOf } from "tatu/names";
+import { on } from "tatu/net";
+import { gone, offer, openPane, remember } from "tatu/panes";
+import { colorOf, plot } from "tatu/plot";
+import { objectAt, pathOf, scene } from "tatu/store";
+import { csv, csvOfPairs, download } from "tatu/table";
+import { want } from "tatu/wants";
+import { unwatch, watchValue } from "tatu/watching";
+
+/** @import { Row } from "tatu/protocol" */
+/** @import { Curve } from "tatu/plot" */
+/** @import { Series } from "tatu/watching" */
+/**
+ * What a curve of a plot shows: a number of a property or reading; its factor makes degrees of rad.
+ * @typedef {{ object: string, key: string, index: number, name: string, unit: string, factor: number }} Shown
+ */
+/**
+ * A plot: of values, or of a graph. `along`: the name of the curve that goes along; "": the time.
+ * @typedef {{ n: number, curves: Shown[], graph: string, along: string }} Spec
+ */
+
+const TIME = "time";
+/** The open plots. @type {Set<{ redraw: () => void, take: (id: number, streams: Curve[]) => void }>} */
+const drawers = new Set();
+/** The plot of values that was touched last. @type {{ spec: Spec, draw: () => void, update: () => void } | null} */
+let current = null;
+
+/**
+ * The numbers of a row that can be plotted.
+ * @param {Row} row
+ */
+export function countOf({ value }) {
+  if (typeof value === "number" || typeof value === "boolean") return 1;
+  return Array.isArray(value) && value.length > 0 && value.length <= 16 && value.every((v) => typeof v === "number" || v?.number) ? value.length : 0;
+}
+
+/**
+ * Plots a property or a field of a reading, in the plot that was touched last or in a new one.
+ * @param {number} object
+ * @param {Row} row
+ * @param {boolean} [anew]
+ */
+export function plotRow(object, row, anew = false) {
+  const [path, n] = [pathOf(object), countOf(row)];
+  const slides = scene.objects.get(object)?.joint?.type === "prismatic";
+  const { text: unit, factor } = unitOf(row.unit, slides);
+  const alias = scene.objects.get(object)?.alias ?? "";
+  const parts = partsOf(row.key, n);
+  const curves = Array.from({ length: n }, (_, index) => {
+    const name = `${alias} ${nameOf(row.key).toLowerCase()}${n > 1 ? ` ${parts[index]}` : ""}`;
+    return { object: path, key: row.key, index, name, unit, factor };
+  });
+  if (anew || !current) {
+    const spec = { n: Date.now(), curves, graph: "", along: "" };
+    openPane("plot", spec);
+    return;
+  }
+  const known = new Set(current.spec.curves.map((c) => c.name));
+  current.spec.curves.push(...curves.filter((c) => !known.has(c.name)));
+  current.update();
+  remember();
+}
+
+/**
+ * The window of a graph.
+ * @param {number} id
+ */
+export function graphSpec(id) {
+  return { n: 0, curves: [], graph: pathOf(id), along: "" };
+}
+
+/**
+ * A curve of two: the values of one at the times of the other.
+ * @param {Curve} x
+ * @param {Curve} y
+ * @returns {Curve}
+ */
+function over(x, y) {
+  const at = new Map(x.times.map((t, i) => [t, x.values[i] ?? null]));
+  return { ...y, times: y.times.map((t) => at.get(t) ?? null) };
+}
+
+/** @param {Spec} spec */
+function openPlot(spec) {
+  const graph = objectAt(spec.graph);
+  if (spec.graph ? !graph : !spec.curves.some((c) => objectAt(c.object))) return null;
+  const title = graph ? scene.objects.get(graph)?.alias ?? "Graph" : "Plot";
+  const key = `plot ${spec.graph || spec.n}`;
+  const window = floating({ key, title, width: 420, height: 300, closed });
+  const pane = { kind: "plot", spec, close: window.close };
+  const tools = make("div", { className: "tools" });
+  const along = make("select", { title: "What goes along" });
+  along.setAttribute("aria-label", "What goes along");
+  const tool = (/** @type {string} */ name, /** @type {string} */ hint, /** @type {() => void} */ onclick) => {
+    tools.append(make("button", { type: "button", textContent: name, title: hint, onclick }));
+  };
+  tools.append(along);
+  tool("CSV", "Save the numbers as a table", () => saveTable());
+  tool("PNG", "Save the picture", () => { canvas.toBlob((blob) => { if (blob) download(blob, `${title}.png`); }); });
+  const canvas = make("canvas");
+  canvas.setAttribute("role", "img");
+  const legend = make("ul", { className: "legend" });
+  window.body.append(tools, canvas, legend);
+
+  /** The values behind the curves of the plot. @type {Map<Shown, Series | null>} */
+  const series = new Map();
+  /** @type {Curve[]} */
+  let streams = [];
+  let due = false;
+
+  /** @returns {Curve[]} */
+  function all() {
+    if (graph) return streams;
+    return spec.curves.map(({ name, unit, index, factor }, i) => {
+      const own = series.get(/** @type {Shown} */ (spec.curves[i]));
+      return { name, unit, times: own?.times ?? [], values: own?.numbers.map((n) => (typeof n[index] === "number" ? factor * n[index] : null)) ?? [] };
+    });
+  }
+  /** What is drawn, and what goes along. */
+  function shown() {
+    const curves = all();
+    const x = curves.find((c) => c.name === spec.along);
+    const kept = curves.map((c, i) => ({ ...c, color: c.color ?? null, place: i }));
+    return x ? { curves: kept.filter((c) => c.name !== x.name).map((c) => ({ ...c, ...over(x, c) })), x } : { curves: kept, x: null };
+  }
+  function saveTable() {
+    const { curves, x } = shown();
+    const text = x ? csvOfPairs(curves, x.unit ? `${x.name} (${x.unit})` : x.name) : csv(curves, "time (s)");
+    download(new Blob([text], { type: "text/csv" }), `${title}.csv`);
+  }
+  function draw() {
+    due = false;
+    const scale = Math.min(devicePixelRatio, 2);
+    const [w, h] = [Math.round(canvas.clientWidth * scale), Math.round(canvas.clientHeight * scale)];
+    if (!w || !h) return;
+    if (canvas.width !== w || canvas.height !== h) Object.assign(canvas, { width: w, height: h });
+    const { curves, x } = shown();
+    plot(canvas, curves.map((c) => ({ ...c, color: c.color ?? rgb(colorOf(null, c.place)) })), x ? x.unit ?? "" : "s", false);
+    all().forEach((c, i) => {
+      const value = legend.children[i]?.querySelector("output");
+      const last = c.values.findLast((v) => v !== null);
+      if (value) value.textContent = last === undefined || last === null ? "" : `${+last.toPrecision(4)} ${c.unit ?? ""}`;
+    });
+  }
+  const redraw = () => {
+    if (due) return;
+    due = true;
+    requestAnimationFrame(draw);
+  };
+  let listed = "";
+  function list() {
+    const curves = all();
+    const now = JSON.stringify(curves.map((c) => [c.name, c.unit, c.color]));
+    if (now === listed) return;
+    listed = now;
+    along.replaceChildren(new Option(TIME, ""), ...curves.map((c) => new Option(c.name, c.name)));
+    along.value = curves.some((c) => c.name === spec.along) ? spec.along : "";
+    canvas.setAttribute("aria-label", `Plot of ${curves.map((c) => c.name).join(", ") || "nothing yet"}`);
+    legend.replaceChildren(...curves.map((c, i) => {
+      const item = make("li");
+      const swatch = make("span", { className: "swatch" });
+      swatch.style.background = colorOf(c.color, i);
+      item.append(swatch, make("span", { textContent: c.name }), make("output"));
+      if (graph) return item;
+      const drop = make("button", { type: "button", textContent: "\u00D7", title: "Take this curve out" });
+      drop.setAttribute("aria-label", `Take ${c.name} out`);
+      drop.onclick = () => {
+        spec.curves.splice(i, 1);
+        if (!spec.curves.length) return window.close();
+        update();
+        remember();
+      };
+      item.append(drop);
+      return item;
+    }));
+  }
+  /** Watches what is plotted, and nothing else. */
+  function update() {
+    for (const [curve, own] of series) {
+      if (spec.curves.includes(curve)) continue;
+      if (own) unwatch(own);
+      series.delete(curve);
+    }
+    for (const curve of spec.curves) {
+      if (series.has(curve)) continue;
+      const id = objectAt(curve.object);
+      series.set(curve, id ? watchValue(id, curve.key) : null);
+    }
+    list();
+    redraw();
+  }
+  along.onchange = () => {
+    spec.along = along.value;
+    redraw();
+    remember();
+  };
+  const own = { spec, draw: redraw, update };
+  const touch = () => { if (!graph) current = own; };
+  window.box.addEventListener("pointerdown", touch, true);
+  const sized = new ResizeObserver(redraw);
+  sized.observe(canvas);
+  const drawer = { redraw, take: (/** @type {number} */ id, /** @type {Curve[]} */ now) => {
+    if (id !== graph) return;
+    streams = now;
+    list();
+    redraw();
+  } };
+  drawers.add(drawer);
+  if (graph) want("graphs", key, graph);
+  function closed() {
+    for (const curve of series.values()) if (curve) unwatch(curve);
+    if (graph) want("graphs", key, 0);
+    drawers.delete(drawer);
+    sized.disconnect();
+    if (current === own) current = null;
+    gone(pane);
+  }
+  touch();
+  update();
+  return pane;
+}
+offer("plot", openPlot);
+
+/** @param {string} hex */
+function rgb(hex) {
+  return [1, 3, 5].map((i) => parseInt(hex.slice(i, i + 2), 16) / 255);
+}
+
+on("values", () => { for (const d of drawers) d.redraw(); });
+on("event", ({ name }) => { if (name === "started") for (const d of drawers) d.redraw(); });
+matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => { for (const d of drawers) d.redraw(); });
+
+on("streams", ({ graph, streams }) => { for (const d of drawers) d.take(graph, streams); });

@@ -1,0 +1,89 @@
+//! Values that a client watches, such as the curves of its graphs: properties and fields of readings, in each step.
+
+use tatu_plugin_api::{
+    abi::*,
+    safe::{Prop, Result, Turn},
+};
+
+use crate::{
+    frames::object,
+    protocol::{Sample, ToPage, Watched},
+    readings,
+};
+
+/// Most values that a client watches.
+const MOST_VALUES: usize = 64;
+/// Most numbers of a value.
+const MOST_NUMBERS: usize = 16;
+/// Most samples that wait to be sent; older ones are dropped.
+const MOST_SAMPLES: usize = 2000;
+
+/// What a client watches, and what has not been sent yet.
+#[derive(Default)]
+pub struct Watch {
+    /// Number of the request.
+    of: u32,
+    /// None: the object has no such property or field.
+    values: Vec<(tatu_object, Option<Prop>)>,
+    samples: Vec<Sample>,
+    /// Time of the last sample.
+    last: Option<f64>,
+}
+
+impl Watch {
+    /// Watches these values from now on.
+    pub fn new(turn: &Turn<'_>, of: u32, wanted: &[Watched]) -> Self {
+        let values = wanted.iter().take(MOST_VALUES).map(|w| {
+            let id = object(w.object);
+            (id, has(turn, id, &w.key).unwrap_or(false).then(|| turn.host().prop(&w.key)))
+        });
+        Watch { of, values: values.collect(), ..Watch::default() }
+    }
+
+    /// Takes the values if time has passed since the last sample.
+    pub fn look(&mut self, turn: &Turn<'_>, time: f64) {
+        if self.values.is_empty() || self.last == Some(time) {
+            return;
+        }
+        self.last = Some(time);
+        if self.samples.len() == MOST_SAMPLES {
+            self.samples.remove(0);
+        }
+        let values = self.values.iter().map(|(id, prop)| prop.and_then(|p| numbers(turn, *id, p)).unwrap_or_default());
+        let values = values.map(|numbers| readings::finite(numbers.into_iter().take(MOST_NUMBERS))).collect();
+        self.samples.push(Sample { time, values });
+    }
+
+    /// Returns the message with all samples since the last one.
+    pub fn message(&mut self) -> Option<ToPage> {
+        let samples = std::mem::take(&mut self.samples);
+        (!samples.is_empty()).then_some(ToPage::Values { of: self.of, samples })
+    }
+}
+
+/// Returns whether an object has a property or a field: keys are interned for ever, so that clients must not make any.
+fn has(turn: &Turn<'_>, id: tatu_object, key: &str) -> Result<bool> {
+    if (0..).map_while(|i| turn.field_of(id, i)).any(|(name, _)| name == key) {
+        return Ok(true);
+    }
+    let mut index = 0;
+    while let Some(row) = turn.row(id, index)? {
+        if row.get("key").and_then(|v| v.as_bytes()) == Some(key.as_bytes()) {
+            return Ok(true);
+        }
+        index += 1;
+    }
+    Ok(false)
+}
+
+fn numbers(turn: &Turn<'_>, id: tatu_object, prop: Prop) -> Option<Vec<f64>> {
+    if let Ok(field) = turn.reading(id, prop) {
+        return (field.sequence() != 0).then(|| readings::short(&field)).flatten();
+    }
+    let value = turn.get(id, prop).ok()?;
+    match value.tag() {
+        TATU_BOOL => Some(vec![f64::from(u8::from(value.truthy()))]),
+        TATU_I64 | TATU_F64 => value.as_f64().map(|x| vec![x]),
+        _ => value.numbers(),
+    }
+}

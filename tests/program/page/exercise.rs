@@ -1,0 +1,132 @@
+//! Tests of exercises, from a teacher who writes one in the page to a student who hands it in, in a browser.
+
+use std::process::Command;
+
+use serde_json::Value;
+
+use super::drive::Shown;
+use crate::kit::*;
+
+/// A robot of a box on rails, whose script a student writes, and a flag.
+const SCENE: &str = "[[object]]\nkind = \"shape\"\nalias = \"Robot\"\nsize_m = [0.2, 0.2, 0.2]\nposition_m = [0.0, 0.0, 0.1]\n\
+    script = { text = \"function sysCall_actuation()\\nend\" }\n\
+    [[object]]\nkind = \"dummy\"\nalias = \"Flag\"\nposition_m = [1.0, 0.0, 0.1]\n";
+const GOALS: &str = "Reach the flag: /Robot within 0.3 m of /Flag before 5 s\\nnever /Robot object.position.z > 0.5\\n\
+    /Robot goes 20 m";
+const SOLUTION: &str = "function sysCall_actuation()\\n local t = sim.getSimulationTime()\\n \
+    sim.setObjectPosition(sim.getObject('..'), -1, {math.min(t, 1), 0, 0.1})\\nend\\n";
+
+/// What is in a zip that the page would have saved last, as a map of names to texts.
+const PACKED: &str = "import('tatu/zip').then(async (z) => { const out = {}; for (const f of await z.unzip(await \
+    window.saved.at(-1).arrayBuffer())) out[f.name] = new TextDecoder().decode(f.bytes); return out; })";
+
+#[test]
+#[cfg_attr(no_browser, ignore = "needs Chromium, and npm at the build")]
+fn a_teacher_writes_an_exercise_and_a_student_hands_it_in() {
+    // The teacher: the task, its goals, and Save, all in the page.
+    let mut shown = Shown::new(SCENE);
+    shown.until("of('Robot') && view.camera.position.x !== 3");
+    shown.page.click_on("#exercise");
+    shown.page.until("document.querySelectorAll('dialog textarea').length === 2");
+    shown.page.js(&format!(
+        "(() => {{ const [task, goals] = document.querySelectorAll('dialog textarea'); \
+         task.value = 'Drive the robot to the flag.\\n\\nIts script is yours.'; goals.value = `{GOALS}`; }})()"
+    ));
+    shown.answer("Take into the scene");
+    shown.page.until("document.querySelectorAll('.goals li').length === 3");
+    assert_eq!(shown.page.text(".task p"), "Drive the robot to the flag.");
+    // The one who writes it goes on building.
+    shown.ask("import('tatu/edits').then((e) => e.edit('Move', [['tatu.set', of('Flag').id, 'object.position', [0.9, 0, 0.1]]]))");
+    shown.page.click_on("#save");
+    shown.page.until("document.getElementById('unsaved').hidden");
+    let place = Place::new();
+    for file in ["scene.toml", "scene_files/Exercise.lua"] {
+        let to = place.path().join(file);
+        std::fs::create_dir_all(to.parent().unwrap()).unwrap();
+        std::fs::copy(shown.folder().join(file), to).unwrap();
+    }
+    shown.end();
+
+    // The student: only scripts can be changed.
+    let mut shown = Shown::of(place, &["open", "scene.toml", "--no-browser"]);
+    shown.page.js(super::panes::SAVES);
+    shown.page.until("document.querySelectorAll('.goals li').length === 3");
+    shown.page.until("document.body.classList.contains('limited')");
+    let refused = shown.ask(
+        "import('tatu/edits').then((e) => e.edit('Move Robot', [['tatu.set', of('Robot').id, 'object.position', \
+         [1, 0, 0.1]]])).then(() => 'done', (e) => e.error)",
+    );
+    assert!(refused.as_str().unwrap().contains("only scripts"), "{refused}");
+    assert_eq!(shown.page.js("document.getElementById('add').disabled"), true);
+    let saved = format!(
+        "new Promise((done) => {{ const s = of('Robot').scripts[0]; net.on('script', async (m) => {{ if (m.script !== s.id) \
+         return; done(await net.ask({{ type: 'save_script', script: s.id, text: \"{SOLUTION}\", version: m.version }}, '')); }}); \
+         net.send({{ type: 'script', script: s.id }}); }})"
+    );
+    shown.ask(&saved);
+    // Nothing to hand in before a run.
+    let hand_in =
+        "[...document.querySelectorAll('.pane .tools button')].find((b) => b.textContent === 'Hand in').click()";
+    shown.page.js(hand_in);
+    shown.page.until("document.getElementById('last-line').textContent.startsWith('There is nothing to hand in')");
+    shown.page.click_on("#play");
+    shown.page.until("document.querySelectorAll('.goals .reached').length === 1");
+    shown.page.until("document.getElementById('time').textContent > '00:00:02'");
+    shown.page.click_on("#stop");
+    // What should never happen did not; what was not reached before the stop was not reached.
+    shown.page.until("document.querySelectorAll('.goals .reached').length === 2");
+    shown.page.until("document.querySelectorAll('.goals .failed').length === 1");
+    shown.page.js(hand_in);
+    shown.page.until("window.saved.length === 1");
+    let files: Value = shown.page.js(PACKED);
+    let names: Vec<&String> = files.as_object().unwrap().keys().collect();
+    assert_eq!(names, ["exercise.json", "film.html", "scripts/Robot.lua"]);
+    let told: Value = serde_json::from_str(files["exercise.json"].as_str().unwrap()).unwrap();
+    assert_eq!(told["changed"], "scripts");
+    assert_eq!(told["goals"][0]["state"], "reached");
+    assert_eq!(told["goals"][1]["text"], "never /Robot object.position.z > 0.5");
+    assert!(files["film.html"].as_str().unwrap().contains("id=\"recording\""));
+    let folder = shown.folder().to_owned();
+    let solution = folder.join("student.lua");
+    std::fs::write(&solution, files["scripts/Robot.lua"].as_str().unwrap()).unwrap();
+
+    // The teacher again: the student's script in the teacher's scene, without a page, reaches the same.
+    let out = Command::new(env!("CARGO_BIN_EXE_tatu"))
+        .current_dir(&folder)
+        .args(["run", "scene.toml", "--seconds", "2", "--script", "/Robot=student.lua"])
+        .output()
+        .unwrap();
+    let text = String::from_utf8_lossy(&out.stderr).into_owned() + &String::from_utf8_lossy(&out.stdout);
+    assert!(text.contains("reached at 0.65 s: Reach the flag"), "{text}");
+    assert!(text.contains("failed at") && text.contains("/Robot goes 20 m"), "{text}");
+    shown.end();
+}
+
+/// The scene that comes with the program has the script that the page adds.
+#[test]
+fn the_exercise_to_try_has_the_script_of_the_page() {
+    let read = |path: &str| std::fs::read_to_string(root().join(path)).unwrap();
+    assert_eq!(read("scenes/learn/exercise.lua"), read("plugins/views/web/page/exercise.lua"));
+}
+
+#[test]
+fn a_goal_that_cannot_be_read_is_named() {
+    let script = std::fs::read_to_string(root().join("plugins/views/web/page/exercise.lua")).unwrap();
+    for (goal, wanted) in [
+        ("/Robot flies", "cannot be read"),
+        ("Far: /Robot within 1 m of /Moon", "no object /Moon"),
+        ("/Robot goes 1 m", "failed at 0.25 s: /Robot goes 1 m"),
+        ("/Robot object.position.z > 0.05 for 0.1 s", "reached at"),
+        ("never /Robot within 5 m of /Flag", "failed at 0.05 s"),
+    ] {
+        let place = Place::scene(&format!(
+            "{SCENE}[[object]]\nkind = \"dummy\"\nalias = \"Exercise\"\ndata = {{ \"exercise.goals\" = \"{goal}\" }}\n\
+             script = \"exercise.lua\"\n"
+        ));
+        std::fs::write(place.path().join("exercise.lua"), &script).unwrap();
+        let run = ["run", "scene.toml", "--seconds", "0.1"];
+        let out = Command::new(env!("CARGO_BIN_EXE_tatu")).current_dir(place.path()).args(run).output().unwrap();
+        let text = String::from_utf8_lossy(&out.stderr).into_owned() + &String::from_utf8_lossy(&out.stdout);
+        assert!(text.contains(wanted), "{goal}: {text}");
+    }
+}

@@ -1,0 +1,141 @@
+//! Tests of the windows over the view, in a browser: plots, cameras, the list of sensors.
+
+use serde_json::Value;
+
+use super::drive::Shown;
+
+/// A cart that slides along x at 0.5 m/s with an accelerometer, a camera that looks down, a camera that sends images, and a
+/// sonar.
+const SCENE: &str = "[[object]]\nkind = \"shape\"\nalias = \"floor\"\nprimitive = \"plane\"\nrespondable = true\n\
+    [[object]]\nkind = \"shape\"\nalias = \"cart\"\nsize_m = [0.2, 0.2, 0.2]\nposition_m = [0.0, 0.0, 1.0]\n\
+    color = [1.0, 0.0, 0.0]\nscript = { text = \"\"\"\nfunction sysCall_actuation()\n\
+    sim.setObjectPosition(sim.getObject('..'), -1, {0.5 * sim.getSimulationTime(), 0, 1})\nend\"\"\" }\n\
+    [[object]]\nkind = \"sensor\"\nalias = \"feels\"\nparent = \"/cart\"\nsensor = \"imu\"\n\
+    [[object]]\nkind = \"sensor\"\nalias = \"hears\"\nposition_m = [0.0, 0.0, 3.0]\norientation_deg = [180.0, 0.0, 0.0]\n\
+    sensor = \"proximity\"\nrange_m = 4.0\n\
+    [[object]]\nkind = \"camera\"\nalias = \"above\"\nposition_m = [0.0, 0.0, 2.0]\norientation_deg = [180.0, 0.0, 0.0]\n\
+    [[object]]\nkind = \"sensor\"\nalias = \"sees\"\nsensor = \"depth_camera\"\nposition_m = [0.0, 0.0, 3.0]\n\
+    orientation_deg = [180.0, 0.0, 0.0]\npreset = \"kinect_v1\"\n";
+
+fn shown() -> Shown {
+    let mut shown = Shown::new(SCENE);
+    shown.until("of('cart') && view.camera.position.x !== 3");
+    shown
+}
+
+/// Opens a window from the menu.
+fn open(shown: &mut Shown, name: &str) {
+    shown.page.click_on("#windows");
+    let entry =
+        format!("[...document.querySelectorAll('.menu button')].find((b) => b.textContent.startsWith({name:?}))");
+    shown.page.until(&format!("{entry} !== undefined"));
+    shown.page.js(&format!("{entry}.click()"));
+}
+
+/// Puts in place of downloads what they would have saved, in `window.saved`.
+pub const SAVES: &str = "(() => { window.saved = []; const real = URL.createObjectURL; URL.createObjectURL = (b) => { \
+    window.saved.push(b); return real(b); }; HTMLAnchorElement.prototype.click = () => {}; })()";
+
+#[test]
+#[cfg_attr(no_browser, ignore = "needs Chromium, and npm at the build")]
+fn a_click_plots_a_property_in_each_step() {
+    let mut shown = shown();
+    shown.page.js(SAVES);
+    shown.ask("store.select(of('cart').id)");
+    let chart = ".row[data-key='object.position'] .chart";
+    shown.page.until(&format!("document.querySelector(\"{chart}\") !== null"));
+    shown.page.js(&format!("document.querySelector(\"{chart}\").click()"));
+    shown.page.until("document.querySelectorAll('.pane .legend li').length === 3");
+    shown.page.click_on("#play");
+    shown.page.until("document.getElementById('time').textContent > '00:00:02'");
+    shown.page.click_on("#pause");
+    // The table has a row for each step, whatever the pace of the page: x is half of the time of the step before.
+    shown.page.js("[...document.querySelectorAll('.pane .tools button')].find((b) => b.textContent === 'CSV').click()");
+    shown.page.until("window.saved.length === 1");
+    let table = shown.page.js("window.saved[0].text()");
+    let lines: Vec<&str> = table.as_str().unwrap().lines().collect();
+    assert_eq!(lines[0], "time (s),cart position x (m),cart position y (m),cart position z (m)");
+    let rows: Vec<Vec<f64>> =
+        lines[1..].iter().map(|l| l.split(',').map(|x| x.parse().unwrap_or(f64::NAN)).collect()).collect();
+    assert!(rows.len() > 30, "{}", rows.len());
+    for pair in rows.windows(2) {
+        assert!((pair[1][0] - pair[0][0] - 0.05).abs() < 1e-9, "{pair:?}");
+    }
+    for row in &rows[1..] {
+        assert!((row[1] - 0.5 * (row[0] - 0.05)).abs() < 1e-9 && row[3] == 1.0, "{row:?}");
+    }
+    // One curve over another, as a table of pairs; the picture is a PNG; a curve is taken out.
+    shown.page.js(
+        "(() => { const s = document.querySelector('.pane .tools select'); s.selectedIndex = 1; s.onchange(); })()",
+    );
+    for name in ["CSV", "PNG"] {
+        shown.page.js(&format!(
+            "[...document.querySelectorAll('.pane .tools button')].find((b) => b.textContent === '{name}').click()"
+        ));
+    }
+    shown.page.until("window.saved.length === 3");
+    let head = shown.page.js("window.saved[1].text()");
+    assert!(head.as_str().unwrap().starts_with("cart position x (m),cart position y (m),"), "{head}");
+    assert_eq!(shown.page.js("window.saved[2].type"), "image/png");
+    // A second value joins the plot, and the first can be taken out.
+    shown.page.js("document.querySelector(\".row[data-key='object.visible'] .chart\").click()");
+    shown.page.until("document.querySelectorAll('.pane .legend li').length === 4");
+    shown.page.js("document.querySelector('.pane .legend button').click()");
+    shown.page.until("document.querySelectorAll('.pane .legend li').length === 3");
+    shown.end();
+}
+
+#[test]
+#[cfg_attr(no_browser, ignore = "needs Chromium, and npm at the build")]
+fn cameras_show_what_they_see_in_windows_that_come_back() {
+    let mut shown = shown();
+    for name in ["above", "sees"] {
+        open(&mut shown, name);
+    }
+    shown.page.click_on("#play");
+    // The cart is red, below both of them at the start; after a second it has moved on in the pictures.
+    let reds = "[...document.querySelectorAll('canvas.seen')].map((c) => { const k = new OffscreenCanvas(c.width, c.height)\
+                .getContext('2d', { willReadFrequently: true }); k.drawImage(c, 0, 0); const d = k.getImageData(0, 0, c.width, \
+                c.height).data; let n = 0; for (let i = 0; i < d.length; i += 4) if (d[i] > 90 && d[i + 1] < 60 && \
+                d[i + 2] < 60) n++; return n; })";
+    shown.page.until(&format!("{reds}.length === 2 && {reds}.every((n) => n > 100)"));
+    shown.page.click_on("#stop");
+    shown.page.js("location.reload()");
+    shown.page.until("document.querySelectorAll('canvas.seen').length === 2");
+    shown.page.until("[...document.querySelectorAll('canvas.seen')].some((c) => c.width > 100)");
+    // Escape closes the one that has the focus, and it stays closed.
+    shown.page.js("document.querySelector('.pane .title').focus()");
+    shown.page.key("Escape", 27);
+    shown.page.until("document.querySelectorAll('canvas.seen').length === 1");
+    shown.page.js("location.reload()");
+    shown.page.until("document.querySelectorAll('canvas.seen').length === 1");
+    shown.end();
+}
+
+#[test]
+#[cfg_attr(no_browser, ignore = "needs Chromium, and npm at the build")]
+fn all_sensors_are_in_one_list_with_what_they_read() {
+    let mut shown = shown();
+    open(&mut shown, "Sensors");
+    shown.page.until("document.querySelectorAll('table.sensors tr').length === 3");
+    shown.page.click_on("#play");
+    let value = |name: &str| {
+        format!(
+            "[...document.querySelectorAll('table.sensors tr')].find((r) => r.textContent.startsWith({name:?}))\
+             .querySelector('.value').textContent"
+        )
+    };
+    // The sonar hears the cart's upper side, at 1.1 m, 1.9 m away; the inertial unit feels gravity.
+    shown.page.until(&format!("{}.startsWith('1.9 m')", value("hears")));
+    shown.page.until(&format!("/9\\.8/.test({})", value("feels")));
+    shown
+        .page
+        .js("[...document.querySelectorAll('table.sensors button')].find((b) => b.textContent === 'hears').click()");
+    shown.until("store.selected() === of('hears').id");
+    // What was read is no longer true after the stop.
+    shown.page.click_on("#stop");
+    shown.page.until(&format!("{} === '\u{2014}'", value("hears")));
+    let seen: Value = shown.page.js(&value("feels"));
+    assert_eq!(seen, "\u{2014}");
+    shown.end();
+}
