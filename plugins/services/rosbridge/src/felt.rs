@@ -6,6 +6,7 @@ use tatu_plugin_api::{
 };
 
 use crate::{
+    covariance,
     plugin::Props,
     poses::{quaternion, vector},
 };
@@ -78,10 +79,16 @@ impl Felt {
                     header,
                     ("orientation", quaternion(&[0.0, 0.0, 0.0, x, y, z, w])),
                     ("angular_velocity", vector(of.numbers(p.angular_velocity)?)),
+                    ("angular_velocity_covariance", covariance::of(turn, p, id, "imu.angular_velocity")),
                     ("linear_acceleration", vector(of.numbers(p.acceleration)?)),
+                    ("linear_acceleration_covariance", covariance::of(turn, p, id, "imu.acceleration")),
                 ])
             }
-            Felt::Field => keys([header, ("magnetic_field", vector(of.numbers(p.magnetic_field)?))]),
+            Felt::Field => keys([
+                header,
+                ("magnetic_field", vector(of.numbers(p.magnetic_field)?)),
+                ("magnetic_field_covariance", covariance::of(turn, p, id, "magnetic_field.field")),
+            ]),
             Felt::Load => {
                 let (force, torque) = (vector(of.numbers(p.force)?), vector(of.numbers(p.torque)?));
                 keys([header, ("wrench", keys([("force", force), ("torque", torque)]))])
@@ -102,7 +109,11 @@ impl Felt {
                     ("present", Value::Bool(true)),
                 ])
             }
-            Felt::Pressure => keys([header, ("fluid_pressure", Value::Float(of.number(p.pressure)?))]),
+            Felt::Pressure => {
+                let variance = covariance::variances(turn, p, id, "pressure.pressure")[0];
+                let pressure = Value::Float(of.number(p.pressure)?);
+                keys([header, ("fluid_pressure", pressure), ("variance", Value::Float(variance))])
+            }
         })
     }
 }

@@ -4,6 +4,7 @@
 //!   CBOR and values;
 //! - `robots`: robots and sensors of a scene, and wheel odometry; `poses`: coordinate frames;
 //! - `topics`: topics that the scene provides; `messages`: their content; `felt`: that of sensors of motion and force;
+//!   `covariance`: covariances of readings; `description`: robots as URDF;
 //! - `protocol`: requests of clients; `peers`: subscriptions of each client; `relay`: services and actions that clients
 //!   offer;
 //! - `acts`: executes requests of clients; `rosapi`: introspection; `service`: the barrier;
@@ -17,6 +18,8 @@ mod acts;
 mod between;
 mod bytes;
 mod convert;
+mod covariance;
+mod description;
 mod felt;
 mod goals;
 mod goals_of_clients;

@@ -6,7 +6,7 @@ use tatu_plugin_api::{
 };
 
 use crate::{
-    Props,
+    Props, covariance, description,
     poses::{AHEAD, HERE, OPTICAL, Pose, flat, pose, seen_from, then, transform, vector},
     robots::{Axes, Robot, Scene, Sensor},
     topics::What,
@@ -17,6 +17,8 @@ const FLOAT32: i64 = 7;
 /// `sensor_msgs/Range`: radiation types ultrasound and infrared.
 const SOUND: i64 = 0;
 const LIGHT: i64 = 1;
+/// `sensor_msgs/NavSatFix`: the diagonal of the covariance is known.
+const DIAGONAL_KNOWN: i64 = 2;
 
 /// The data from which messages are built.
 pub struct Source<'a> {
@@ -56,7 +58,7 @@ impl Source<'_> {
             What::Depth(i) | What::Optics(i) => of(i, p.depth),
             What::Felt(i, felt) => of(i, felt.field(p)),
             // Who subscribes later hears of them within a second.
-            What::StaticFrames => Some(self.time as u64 + 1),
+            What::StaticFrames | What::Description(_) => Some(self.time as u64 + 1),
             What::Points(i) => of(i, p.depth).filter(|n| *n > 0).or_else(|| of(i, p.scan_distance)),
             _ => None,
         }
@@ -71,6 +73,9 @@ impl Source<'_> {
             What::Odometry(i) => self.robot(i, |r| self.odometry(r))?,
             What::Pose(i) => self.robot(i, |r| self.pose(r))?,
             What::Joints(i) => self.robot(i, |r| self.joints(r))?,
+            What::Description(i) => self.robot(i, |r| {
+                Ok(keys([("data", Value::text(description::urdf(self.turn, self.p, self.scene, r)?))]))
+            })?,
             What::Command(_) => None,
             What::Scan(i) => self.sensor(i, |s| self.scan(s))?,
             What::Range(i) => self.sensor(i, |s| self.range(s))?,
@@ -240,6 +245,8 @@ impl Source<'_> {
             ("latitude", Value::Float(one(self.p.latitude)?.to_degrees())),
             ("longitude", Value::Float(one(self.p.longitude)?.to_degrees())),
             ("altitude", Value::Float(one(self.p.altitude)?)),
+            ("position_covariance", covariance::of(self.turn, self.p, s.id, "gps.position")),
+            ("position_covariance_type", Value::Int(DIAGONAL_KNOWN)),
         ]))
     }
 

@@ -16,6 +16,7 @@ use tatu_services_common::listener::{Listener, Settings};
 use crate::{
     Props, Ros as Plugin,
     convert::{self, Node},
+    description,
     goals::{CANCEL, GOAL, PROGRESS},
     messages::Source,
     node::{ENDPOINT, MESSAGE, Offered, REQUEST},
@@ -30,6 +31,8 @@ use crate::{
 const PORT: i64 = 9090;
 /// The parameter by which nodes know that they get their time from `/clock`.
 const SIM_TIME: &str = "/use_sim_time";
+/// The last part of the parameters that describe robots.
+const DESCRIPTION: &str = "robot_description";
 /// Most bytes of a message.
 const MOST_MESSAGE: usize = 64 << 20;
 
@@ -222,6 +225,18 @@ impl State {
         if ids != self.scene.ids {
             self.scene = Scene::read(turn, p, ids, std::mem::take(&mut self.scene))?;
             self.topics = topics::of(turn, p, &self.scene);
+            self.describe(turn, p)?;
+        }
+        Ok(())
+    }
+
+    /// Keeps the descriptions of the robots as parameters: `/robot_description` of the only one, or `/NAME/robot_description`.
+    fn describe(&mut self, turn: &Turn<'_>, p: &Props) -> Result {
+        self.params.retain(|name, _| !name.ends_with(DESCRIPTION));
+        for robot in &self.scene.robots {
+            let name = format!("/{}{DESCRIPTION}", robot.prefix);
+            let urdf = description::urdf(turn, p, &self.scene, robot)?;
+            self.params.insert(name, serde_json::Value::String(urdf).to_string());
         }
         Ok(())
     }

@@ -22,6 +22,8 @@ pub enum What {
     Pose(usize),
     /// Joints of a robot.
     Joints(usize),
+    /// A robot as URDF.
+    Description(usize),
     /// The velocity command of a robot, to which clients publish.
     Command(usize),
     /// A planar scan of distances.
@@ -62,6 +64,7 @@ pub fn of(turn: &Turn<'_>, p: &Props, scene: &Scene) -> BTreeMap<String, Topic> 
     for (i, robot) in scene.robots.iter().enumerate() {
         let mut add = |last, what, kind| all.push((Some(i), String::new(), last, Topic { what, kind }));
         add("pose", What::Pose(i), "geometry_msgs/PoseStamped");
+        add("robot_description", What::Description(i), "std_msgs/String");
         if !robot.joints.is_empty() {
             add("joint_states", What::Joints(i), "sensor_msgs/JointState");
         }
