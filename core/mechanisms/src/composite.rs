@@ -1,0 +1,61 @@
+//! The mass matrix by composite rigid bodies, kept along the tree.
+
+use crate::{
+    kinematics::Kinematics,
+    spatial::Inertia,
+    tree::{NONE, Tree},
+};
+
+/// The mass matrix, kg m² and the like: entries at or below the diagonal that the tree leaves, by the rows of
+/// [`Tree::rows`]; a row holds the velocities on the way to the root, itself last.
+#[derive(Debug, Clone)]
+pub(crate) struct MassMatrix {
+    pub entries: Vec<f64>,
+    composite: Vec<Inertia>,
+}
+
+impl MassMatrix {
+    pub fn new(tree: &Tree) -> Self {
+        MassMatrix { entries: vec![0.0; tree.entries()], composite: vec![Inertia::default(); tree.nodes.len()] }
+    }
+
+    /// Computes it, armatures included. Time: velocities times depth.
+    ///
+    /// Source: Featherstone, chapter 6; in world axes the inertias of a subtree simply add.
+    pub fn update(&mut self, tree: &Tree, kinematics: &Kinematics) {
+        self.composite.copy_from_slice(&kinematics.inertias);
+        for (i, node) in tree.nodes.iter().enumerate().rev() {
+            let composite = self.composite[i];
+            for d in node.range() {
+                let force = composite.times(&kinematics.axes[d]);
+                let (first, end) = (tree.rows[d], tree.rows[d + 1]);
+                for (entry, &column) in self.entries[first..end].iter_mut().zip(&tree.columns[first..end]) {
+                    *entry = kinematics.axes[column as usize].dot(&force);
+                }
+                self.entries[end - 1] += tree.dofs[d].armature;
+            }
+            if node.parent != NONE {
+                self.composite[node.parent as usize].accumulate(&composite);
+            }
+        }
+    }
+
+    /// Adds to `out` the product of the matrix and `x`, leaving out velocities of `x` that are 0.
+    pub fn add_product(&self, tree: &Tree, x: &[f64], out: &mut [f64]) {
+        for d in 0..x.len() {
+            let (first, last) = (tree.rows[d], tree.rows[d + 1] - 1);
+            let (own, mut sum) = (x[d], self.entries[last] * x[d]);
+            for (&entry, &column) in self.entries[first..last].iter().zip(&tree.columns[first..last]) {
+                sum += entry * x[column as usize];
+                out[column as usize] += entry * own;
+            }
+            out[d] += sum;
+        }
+    }
+
+    /// Returns an entry of the diagonal.
+    #[inline]
+    pub fn diagonal(&self, tree: &Tree, d: usize) -> f64 {
+        self.entries[tree.rows[d + 1] - 1]
+    }
+}

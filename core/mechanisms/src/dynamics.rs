@@ -1,0 +1,211 @@
+//! Mass matrix, bias forces, inverse and forward dynamics of a tree, for control and planning.
+
+use nalgebra::Vector3;
+
+use crate::{
+    composite::MassMatrix,
+    error::{DynamicsError, check},
+    factor::Factor,
+    kinematics::Kinematics,
+    newton_euler::Sweep,
+    state::State,
+    tree::Tree,
+    vector::{Vec3, add, dot, scale},
+};
+
+/// Dynamics of a tree in one state: everything that follows from its positions and velocities.
+///
+/// Call [`update`](Self::update) with a state, then ask. It owns all room that it needs; only [`new`](Self::new)
+/// allocates. Armatures count as mass. Damping, dry friction and limits do not act here; they belong to
+/// [`Solver`](crate::Solver).
+#[derive(Debug, Clone)]
+pub struct Dynamics {
+    kinematics: Kinematics,
+    mass: MassMatrix,
+    factor: Factor,
+    factored: bool,
+    sweep: Sweep,
+    v: Vec<f64>,
+    zeros: Vec<f64>,
+    none: Vec<bool>,
+    work: Vec<f64>,
+}
+
+impl Dynamics {
+    /// Makes room for a tree; until the first update, all its joints are at position 0 and at rest.
+    pub fn new(tree: &Tree) -> Self {
+        let n = tree.velocities();
+        let kinematics = Kinematics::new(tree);
+        let mut mass = MassMatrix::new(tree);
+        mass.update(tree, &kinematics);
+        Dynamics {
+            kinematics,
+            mass,
+            factor: Factor::new(tree),
+            factored: false,
+            sweep: Sweep::new(tree),
+            v: vec![0.0; n],
+            zeros: vec![0.0; n],
+            none: vec![false; n],
+            work: vec![0.0; n],
+        }
+    }
+
+    /// Takes over a state: poses, velocities and mass matrix.
+    ///
+    /// # Errors
+    ///
+    /// The state or this object belongs to another tree, or a number is not finite.
+    pub fn update(&mut self, tree: &Tree, state: &State) -> Result<(), DynamicsError> {
+        self.kinematics.update(tree, state)?;
+        self.v.copy_from_slice(&state.v);
+        self.mass.update(tree, &self.kinematics);
+        self.factored = false;
+        Ok(())
+    }
+
+    /// Returns poses, velocities and Jacobians of the links.
+    pub fn kinematics(&self) -> &Kinematics {
+        &self.kinematics
+    }
+
+    /// Writes the mass matrix M, by rows: as many rows and columns as there are velocities. kg m², kg m or kg.
+    ///
+    /// # Errors
+    ///
+    /// `out` has another size, or the tree is not the one this was made for.
+    pub fn mass_matrix(&self, tree: &Tree, out: &mut [f64]) -> Result<(), DynamicsError> {
+        self.kinematics.belongs(tree)?;
+        let n = tree.velocities();
+        if out.len() != n * n {
+            return Err(DynamicsError::Length { what: "out", found: out.len(), expected: n * n });
+        }
+        out.fill(0.0);
+        for i in 0..n {
+            for k in tree.rows[i]..tree.rows[i + 1] {
+                let j = tree.columns[k] as usize;
+                out[i * n + j] = self.mass.entries[k];
+                out[j * n + i] = self.mass.entries[k];
+            }
+        }
+        Ok(())
+    }
+
+    /// Writes the bias forces b, Nm or N: those that hold the accelerations at 0 against gravity, m/s², Coriolis and
+    /// centrifugal forces. At rest: the forces against gravity. Time: links.
+    ///
+    /// # Errors
+    ///
+    /// `out` has another size than there are velocities, the tree is another, or gravity is not finite.
+    pub fn bias(&mut self, tree: &Tree, gravity: Vector3<f64>, out: &mut [f64]) -> Result<(), DynamicsError> {
+        let gravity = self.ready(tree, gravity, out)?;
+        self.sweep.run(tree, &self.kinematics, &self.v, None, gravity, out);
+        Ok(())
+    }
+
+    /// Writes the generalised forces, Nm or N, that make the joints accelerate as given, rad/s² or m/s²: M a + b.
+    /// Time: links.
+    ///
+    /// # Errors
+    ///
+    /// As [`bias`](Self::bias), and likewise for `acceleration`.
+    pub fn inverse(
+        &mut self,
+        tree: &Tree,
+        acceleration: &[f64],
+        gravity: Vector3<f64>,
+        out: &mut [f64],
+    ) -> Result<(), DynamicsError> {
+        let gravity = self.ready(tree, gravity, out)?;
+        check("acceleration", acceleration, tree.velocities())?;
+        self.sweep.run(tree, &self.kinematics, &self.v, Some(acceleration), gravity, out);
+        for ((out, a), dof) in out.iter_mut().zip(acceleration).zip(&tree.dofs) {
+            *out += dof.armature * a;
+        }
+        Ok(())
+    }
+
+    /// Writes the accelerations, rad/s² or m/s², under generalised forces, Nm or N: the solution of M a = force - b.
+    /// Time: links, and at most the sum of the squares of depths after an update.
+    ///
+    /// # Errors
+    ///
+    /// As [`bias`](Self::bias), and likewise for `force`; [`DynamicsError::Singular`] where what a joint moves has no
+    /// inertia about it.
+    pub fn forward(
+        &mut self,
+        tree: &Tree,
+        force: &[f64],
+        gravity: Vector3<f64>,
+        out: &mut [f64],
+    ) -> Result<(), DynamicsError> {
+        let gravity = self.ready(tree, gravity, out)?;
+        check("force", force, tree.velocities())?;
+        self.factorize(tree)?;
+        self.sweep.run(tree, &self.kinematics, &self.v, None, gravity, out);
+        for (out, force) in out.iter_mut().zip(force) {
+            *out = force - *out;
+        }
+        self.factor.solve(tree, out);
+        Ok(())
+    }
+
+    /// Replaces `x` by the solution of M y = x, such as impulses by the changes of velocity that they cause. Time: as
+    /// [`forward`](Self::forward).
+    ///
+    /// # Errors
+    ///
+    /// `x` has another size than there are velocities or is not finite, or as [`forward`](Self::forward).
+    pub fn solve(&mut self, tree: &Tree, x: &mut [f64]) -> Result<(), DynamicsError> {
+        self.kinematics.belongs(tree)?;
+        check("x", x, tree.velocities())?;
+        self.factorize(tree)?;
+        self.factor.solve(tree, x);
+        Ok(())
+    }
+
+    /// Returns kinetic energy, armatures included, and potential energy, with 0 at the world's origin; J.
+    ///
+    /// # Errors
+    ///
+    /// The tree is another, or gravity is not finite.
+    pub fn energy(&mut self, tree: &Tree, gravity: Vector3<f64>) -> Result<(f64, f64), DynamicsError> {
+        let mut work = std::mem::take(&mut self.work);
+        let ready = self.ready(tree, gravity, &work);
+        if let Ok(gravity) = ready {
+            self.sweep.run(tree, &self.kinematics, &self.v, None, gravity, &mut work);
+        }
+        self.work = work;
+        let gravity = ready?;
+        let mut kinetic = self.sweep.kinetic(&self.kinematics);
+        for (dof, v) in tree.dofs.iter().zip(&self.v) {
+            kinetic += 0.5 * dof.armature * v * v;
+        }
+        let mut potential = 0.0;
+        for inertia in &self.kinematics.inertias {
+            potential -= dot(gravity, add(inertia.first, scale(self.kinematics.origin, inertia.mass)));
+        }
+        Ok((kinetic, potential))
+    }
+
+    fn factorize(&mut self, tree: &Tree) -> Result<(), DynamicsError> {
+        if !self.factored {
+            let result = self.factor.update(tree, &self.mass.entries, &self.zeros, &self.none);
+            result.map_err(|dof| DynamicsError::Singular { dof })?;
+            self.factored = true;
+        }
+        Ok(())
+    }
+
+    fn ready(&self, tree: &Tree, gravity: Vector3<f64>, out: &[f64]) -> Result<Vec3, DynamicsError> {
+        self.kinematics.belongs(tree)?;
+        let (found, expected) = (out.len(), tree.velocities());
+        if found != expected {
+            return Err(DynamicsError::Length { what: "out", found, expected });
+        }
+        if !gravity.iter().all(|x| x.is_finite()) {
+            return Err(DynamicsError::NotFinite { what: "gravity" });
+        }
+        Ok(gravity.into())
+    }
+}

@@ -1,0 +1,260 @@
+//! Poses and velocities of links, and the Jacobians of their points.
+
+use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion, Vector3};
+
+use crate::{
+    error::{DynamicsError, check},
+    spatial::{Force, Inertia, Motion},
+    state::{State, quaternion},
+    tree::{Kind, NONE, Node, Tree},
+    vector::{
+        IDENTITY, Mat3, Vec3, ZERO, add, column, cross, dot, product, quaternion_of, rotation, rotation_of, scale, sub,
+        turn, turned_about,
+    },
+};
+
+/// Poses of all links, axes of all velocities and inertias in world axes, for one state.
+///
+/// Lengths are kept relative to `origin`, a point at the root of the tree, so that a robot far from the origin of the
+/// world loses no digits.
+#[derive(Debug, Clone)]
+pub struct Kinematics {
+    pub(crate) origin: Vec3,
+    pub(crate) rotations: Vec<Mat3>,
+    pub(crate) places: Vec<Vec3>,
+    /// How each velocity, at 1, moves what it carries.
+    pub(crate) axes: Vec<Motion>,
+    pub(crate) inertias: Vec<Inertia>,
+    /// Velocities of links.
+    motions: Vec<Motion>,
+}
+
+impl Kinematics {
+    /// Makes room for a tree, with all joints at position 0.
+    pub fn new(tree: &Tree) -> Self {
+        let n = tree.nodes.len();
+        let mut out = Kinematics {
+            origin: ZERO,
+            rotations: vec![IDENTITY; n],
+            places: vec![ZERO; n],
+            axes: vec![Motion::default(); tree.velocities()],
+            inertias: vec![Inertia::default(); n],
+            motions: vec![Motion::default(); n],
+        };
+        let rest = State::new(tree);
+        out.place(tree, &rest.q);
+        out
+    }
+
+    /// Computes poses and velocities of all links. Time: links.
+    ///
+    /// # Errors
+    ///
+    /// The state or this object belongs to another tree, or a number is not finite.
+    pub fn update(&mut self, tree: &Tree, state: &State) -> Result<(), DynamicsError> {
+        self.belongs(tree)?;
+        state.check(tree)?;
+        self.place(tree, &state.q);
+        for (i, node) in tree.nodes.iter().enumerate() {
+            let mut motion = if node.parent == NONE { Motion::default() } else { self.motions[node.parent as usize] };
+            for d in node.range() {
+                motion = motion.plus(self.axes[d].times(state.v[d]));
+            }
+            self.motions[i] = motion;
+        }
+        Ok(())
+    }
+
+    /// Returns the pose of a link's frame in the world, m, or none if there is no such link.
+    pub fn pose(&self, link: usize) -> Option<Isometry3<f64>> {
+        let place = add(self.origin, *self.places.get(link)?);
+        let [w, x, y, z] = quaternion_of(&self.rotations[link]);
+        let turned = UnitQuaternion::new_unchecked(Quaternion::new(w, x, y, z));
+        Some(Isometry3::from_parts(Translation3::from(Vector3::from(place)), turned))
+    }
+
+    /// Returns the angular velocity of a link, rad/s, and the velocity of one of its points, m/s, given in the world;
+    /// all in world axes. None if there is no such link.
+    pub fn velocity(&self, link: usize, point: Vector3<f64>) -> Option<(Vector3<f64>, Vector3<f64>)> {
+        let motion = self.motions.get(link)?;
+        let arm = sub(point.into(), self.origin);
+        Some((motion.angular.into(), add(motion.linear, cross(motion.angular, arm)).into()))
+    }
+
+    /// Writes the Jacobian of a point of a link, given in the world, m: 6 rows of as many columns as there are
+    /// velocities, by rows; the first three give the point's velocity, m/s, the others the link's angular velocity,
+    /// rad/s, in world axes. Time: 6 times the number of velocities.
+    ///
+    /// Column j is the motion that velocity j, at 1, causes if it is on the way from the root to the link, and 0
+    /// otherwise.
+    ///
+    /// # Errors
+    ///
+    /// There is no such link, or `out` has not 6 times the number of velocities.
+    pub fn jacobian(
+        &self,
+        tree: &Tree,
+        link: usize,
+        point: Vector3<f64>,
+        out: &mut [f64],
+    ) -> Result<(), DynamicsError> {
+        let n = tree.velocities();
+        let chain = self.chain(tree, link)?;
+        if out.len() != 6 * n {
+            return Err(DynamicsError::Length { what: "out", found: out.len(), expected: 6 * n });
+        }
+        out.fill(0.0);
+        let arm = sub(point.into(), self.origin);
+        for &d in chain {
+            let d = d as usize;
+            let axis = &self.axes[d];
+            let linear = add(axis.linear, cross(axis.angular, arm));
+            for k in 0..3 {
+                out[k * n + d] = linear[k];
+                out[(3 + k) * n + d] = axis.angular[k];
+            }
+        }
+        Ok(())
+    }
+
+    /// Adds to `out` the generalised forces, Nm or N, of a force, N, at a point of a link, m, and of a torque, Nm; all
+    /// in the world. The product of the Jacobian's transpose and both, without the Jacobian. Time: depth of the link.
+    ///
+    /// # Errors
+    ///
+    /// There is no such link, `out` has not as many entries as there are velocities, or a number is not finite.
+    pub fn add_force(
+        &self,
+        tree: &Tree,
+        link: usize,
+        point: Vector3<f64>,
+        force: Vector3<f64>,
+        torque: Vector3<f64>,
+        out: &mut [f64],
+    ) -> Result<(), DynamicsError> {
+        let chain = self.chain(tree, link)?;
+        check("out", out, tree.velocities())?;
+        if !point.iter().chain(force.iter()).chain(torque.iter()).all(|x| x.is_finite()) {
+            return Err(DynamicsError::NotFinite { what: "force" });
+        }
+        let arm = sub(point.into(), self.origin);
+        let wrench = Force { torque: add(torque.into(), cross(arm, force.into())), force: force.into() };
+        for &d in chain {
+            out[d as usize] += self.axes[d as usize].dot(&wrench);
+        }
+        Ok(())
+    }
+
+    /// Refuses trees of another size than this was made for.
+    pub(crate) fn belongs(&self, tree: &Tree) -> Result<(), DynamicsError> {
+        let (found, expected) = (self.places.len(), tree.nodes.len());
+        if found != expected {
+            return Err(DynamicsError::Length { what: "links", found, expected });
+        }
+        let (found, expected) = (self.axes.len(), tree.velocities());
+        if found != expected {
+            return Err(DynamicsError::Length { what: "velocities", found, expected });
+        }
+        Ok(())
+    }
+
+    /// Returns the velocities that move a link, from the root on.
+    fn chain<'a>(&self, tree: &'a Tree, link: usize) -> Result<&'a [u32], DynamicsError> {
+        self.belongs(tree)?;
+        match tree.last.get(link) {
+            None => Err(DynamicsError::NoLink { link, links: tree.nodes.len() }),
+            Some(&NONE) => Ok(&[]),
+            Some(&d) => Ok(&tree.columns[tree.rows[d as usize]..tree.rows[d as usize + 1]]),
+        }
+    }
+
+    /// Computes poses, axes and inertias from positions.
+    pub(crate) fn place(&mut self, tree: &Tree, q: &[f64]) {
+        let root = &tree.nodes[0];
+        let origin = match root.kind {
+            Kind::Free => [q[0], q[1], q[2]],
+            _ => root.place,
+        };
+        self.origin = origin;
+        for (i, node) in tree.nodes.iter().enumerate() {
+            let (above, base) = if node.parent == NONE {
+                (&IDENTITY, sub(ZERO, origin))
+            } else {
+                (&self.rotations[node.parent as usize], self.places[node.parent as usize])
+            };
+            let joint = node.position;
+            let mut place = add(base, turn(above, node.place));
+            let turned = match node.kind {
+                Kind::Fixed => product(above, &node.rotation),
+                Kind::Revolute => {
+                    let axis = turn(above, node.axis_in_parent);
+                    self.axes[node.velocity] = Motion { angular: axis, linear: cross(place, axis) };
+                    let (sine, cosine) = libm::sincos(q[joint]);
+                    let before = if node.straight { *above } else { product(above, &node.rotation) };
+                    match node.coordinate {
+                        Some((axis, sign)) => turned_about(&before, axis, sign * sine, cosine),
+                        None => product(&before, &rotation(node.axis, sine, cosine)),
+                    }
+                }
+                Kind::Prismatic => {
+                    let axis = turn(above, node.axis_in_parent);
+                    self.axes[node.velocity] = Motion { angular: ZERO, linear: axis };
+                    place = add(place, scale(axis, q[joint]));
+                    product(above, &node.rotation)
+                }
+                Kind::Spherical => {
+                    let own = rotation_of(quaternion(q, joint));
+                    let turned = product(&product(above, &node.rotation), &own);
+                    self.turn_axes(node.velocity, &turned, place);
+                    turned
+                }
+                Kind::Free => {
+                    place = sub([q[joint], q[joint + 1], q[joint + 2]], origin);
+                    let turned = rotation_of(quaternion(q, joint + 3));
+                    for k in 0..3 {
+                        let mut linear = ZERO;
+                        linear[k] = 1.0;
+                        self.axes[node.velocity + k] = Motion { angular: ZERO, linear };
+                    }
+                    self.turn_axes(node.velocity + 3, &turned, place);
+                    turned
+                }
+            };
+            self.rotations[i] = turned;
+            self.places[i] = place;
+            self.inertias[i] = inertia(node, &turned, place);
+        }
+    }
+
+    /// Sets the axes of three velocities to those of a link that turns about its own origin.
+    fn turn_axes(&mut self, first: usize, turned: &Mat3, place: Vec3) {
+        for k in 0..3 {
+            let axis = column(turned, k);
+            self.axes[first + k] = Motion { angular: axis, linear: cross(place, axis) };
+        }
+    }
+}
+
+/// Returns a link's inertia about the common origin in world axes (Featherstone, chapter 2).
+#[inline(always)]
+fn inertia(node: &Node, turned: &Mat3, place: Vec3) -> Inertia {
+    let m = node.mass;
+    let c = add(place, turn(turned, node.center));
+    let t = product(turned, &node.inertia);
+    let own = |i: usize, j: usize| {
+        t[3 * i] * turned[3 * j] + t[3 * i + 1] * turned[3 * j + 1] + t[3 * i + 2] * turned[3 * j + 2]
+    };
+    let square = dot(c, c);
+    Inertia {
+        mass: m,
+        first: scale(c, m),
+        second: [
+            own(0, 0) + m * (square - c[0] * c[0]),
+            own(1, 1) + m * (square - c[1] * c[1]),
+            own(2, 2) + m * (square - c[2] * c[2]),
+            own(0, 1) - m * c[0] * c[1],
+            own(0, 2) - m * c[0] * c[2],
+            own(1, 2) - m * c[1] * c[2],
+        ],
+    }
+}

@@ -1,0 +1,59 @@
+//! Kinematics and dynamics of trees of rigid links, with drives, friction and joint limits.
+//!
+//! - [`Tree`]: the description of links and joints, checked once; a [`State`] holds positions and velocities;
+//! - [`Kinematics`]: poses and velocities of links, Jacobians of their points;
+//! - [`Dynamics`]: mass matrix, bias forces, inverse and forward dynamics, energy;
+//! - [`Drives`]: what acts on the joints; a [`Solver`] moves a state a step on, and tells the [`Efforts`].
+//!
+//! Units are SI, angles in rad; vectors are in the world unless something else is said. Nothing allocates after `new`,
+//! and a result depends on its arguments only, to the bit, on every processor: the crate adds, multiplies, divides and
+//! takes roots in a fixed order, and has sine and cosine from `libm`. Files import downwards in this order: `vector`,
+//! `spatial`, `error`, `link`, `tree`, `state`, `kinematics`, `newton_euler`, `composite`, `factor`, `dynamics`; `drive`,
+//! `motor`, `law`, `pivot`, `solver`. Equations, sources and gaps are in `docs/mechanisms.md`.
+//!
+//! ```
+//! use nalgebra::{Isometry3, Matrix3, Vector3};
+//! use tatu_mechanisms::{Bound, Drive, Drives, Joint, Link, Solver, State, Tree};
+//!
+//! let arm = Link::new(
+//!     None,
+//!     Isometry3::identity(),
+//!     Joint::Revolute(Vector3::y()),
+//!     2.0,
+//!     Vector3::new(0.3, 0.0, 0.0),
+//!     Matrix3::identity() * 0.1,
+//! );
+//! let tree = Tree::new(vec![arm])?;
+//! let (mut state, mut solver, mut drives) = (State::new(&tree), Solver::new(&tree), Drives::new(&tree));
+//! drives.drive[0] = Drive::Velocity { target: 0.0, bound: Bound::force(10.0) };
+//! solver.step(&mut state, &tree, &drives, Vector3::new(0.0, 0.0, -9.81), 1.25e-3)?;
+//! assert_eq!(state.q[0], 0.0);
+//! assert!((solver.efforts().drive[0] + 2.0 * 9.81 * 0.3).abs() < 1e-12);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+
+mod composite;
+mod drive;
+mod dynamics;
+mod error;
+mod factor;
+mod kinematics;
+mod law;
+mod link;
+mod motor;
+mod newton_euler;
+mod pivot;
+mod solver;
+mod spatial;
+mod state;
+mod tree;
+mod vector;
+
+pub use drive::{Bound, Drive, Drives, Spring};
+pub use dynamics::Dynamics;
+pub use error::{DynamicsError, TreeError};
+pub use kinematics::Kinematics;
+pub use link::{Joint, Link};
+pub use solver::{Efforts, Report, Scheme, Solver};
+pub use state::State;
+pub use tree::Tree;

@@ -1,0 +1,65 @@
+//! Positions and velocities of a tree, and how positions follow from velocities.
+
+use crate::{
+    error::{DynamicsError, check},
+    tree::{Kind, Tree},
+    vector::{Quat, normalized, turned},
+};
+
+/// Positions and velocities of all joints, in the order of the links. Units and layout: see [`Joint`](crate::Joint).
+#[derive(Debug, Clone, PartialEq)]
+pub struct State {
+    /// Positions: rad, m, or quaternions.
+    pub q: Vec<f64>,
+    /// Velocities: rad/s or m/s.
+    pub v: Vec<f64>,
+}
+
+impl State {
+    /// Returns a state with all joints at position 0 and at rest.
+    pub fn new(tree: &Tree) -> Self {
+        let mut q = vec![0.0; tree.positions()];
+        for node in &tree.nodes {
+            match node.kind {
+                Kind::Spherical => q[node.position] = 1.0,
+                Kind::Free => q[node.position + 3] = 1.0,
+                _ => {}
+            }
+        }
+        State { q, v: vec![0.0; tree.velocities()] }
+    }
+
+    /// Refuses states of other trees and numbers that are not finite.
+    pub(crate) fn check(&self, tree: &Tree) -> Result<(), DynamicsError> {
+        check("q", &self.q, tree.positions())?;
+        check("v", &self.v, tree.velocities())
+    }
+}
+
+/// Reads a quaternion and makes it a unit, since whoever set it may have rounded it.
+pub(crate) fn quaternion(q: &[f64], at: usize) -> Quat {
+    normalized([q[at], q[at + 1], q[at + 2], q[at + 3]])
+}
+
+/// Moves positions by a time `h`, s, at constant velocities.
+pub(crate) fn advance(tree: &Tree, q: &mut [f64], v: &[f64], h: f64) {
+    for node in &tree.nodes {
+        let (p, d) = (node.position, node.velocity);
+        match node.kind {
+            Kind::Fixed => {}
+            Kind::Revolute | Kind::Prismatic => q[p] += h * v[d],
+            Kind::Spherical => turn_quaternion(q, p, [v[d], v[d + 1], v[d + 2]], h),
+            Kind::Free => {
+                for k in 0..3 {
+                    q[p + k] += h * v[d + k];
+                }
+                turn_quaternion(q, p + 3, [v[d + 3], v[d + 4], v[d + 5]], h);
+            }
+        }
+    }
+}
+
+fn turn_quaternion(q: &mut [f64], at: usize, w: [f64; 3], h: f64) {
+    let next = turned(quaternion(q, at), w, h);
+    q[at..at + 4].copy_from_slice(&next);
+}

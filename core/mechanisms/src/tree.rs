@@ -1,0 +1,212 @@
+//! A tree of links, checked, in the form that computations need.
+
+use std::ops::Range;
+
+use nalgebra::Isometry3;
+
+use crate::{
+    error::TreeError,
+    link::{Joint, Link},
+    vector::{IDENTITY, Mat3, Quat, Vec3, ZERO, normalized, rotation_of, turn},
+};
+
+/// No parent, or no velocity further towards the root.
+pub(crate) const NONE: u32 = u32::MAX;
+
+/// A joint without what only its description needs.
+#[derive(Debug, Clone, Copy)]
+pub(crate) enum Kind {
+    Fixed,
+    Revolute,
+    Prismatic,
+    Spherical,
+    Free,
+}
+
+/// A link in plain numbers.
+#[derive(Debug, Clone)]
+pub(crate) struct Node {
+    /// Index of the parent, or [`NONE`].
+    pub parent: u32,
+    pub kind: Kind,
+    /// Pose in the parent's frame at joint position 0.
+    pub rotation: Mat3,
+    pub place: Vec3,
+    /// The same rotation times the joint's axis: the axis in the parent's frame.
+    pub axis_in_parent: Vec3,
+    pub axis: Vec3,
+    /// Whether that rotation is none, and the coordinate axis and its sign if the joint's axis is one: most are, and
+    /// take a quarter of the multiplications.
+    pub straight: bool,
+    pub coordinate: Option<(usize, f64)>,
+    pub mass: f64,
+    pub center: Vec3,
+    /// About the centre, in link axes.
+    pub inertia: Mat3,
+    /// First position and first velocity.
+    pub position: usize,
+    pub velocity: usize,
+    pub velocities: usize,
+}
+
+impl Node {
+    /// Returns the indices of its velocities.
+    #[inline(always)]
+    pub fn range(&self) -> Range<usize> {
+        self.velocity..self.velocity + self.velocities
+    }
+}
+
+/// What belongs to one velocity.
+#[derive(Debug, Clone)]
+pub(crate) struct Dof {
+    pub armature: f64,
+    pub damping: f64,
+    pub friction: f64,
+    /// Limits of the position; infinite where there is none.
+    pub low: f64,
+    pub high: f64,
+    /// Position that it changes, of revolute and prismatic joints.
+    pub position: u32,
+}
+
+/// A tree of rigid links: parents before children, each carried by one joint. Several links may stand in the world
+/// without a parent; then the tree is a wood, and its parts do not feel each other.
+///
+/// It holds what does not change in a run; positions and velocities are a [`State`](crate::State).
+#[derive(Debug, Clone)]
+pub struct Tree {
+    links: Vec<Link>,
+    pub(crate) nodes: Vec<Node>,
+    pub(crate) dofs: Vec<Dof>,
+    positions: usize,
+    /// Velocities that move a velocity's link, from the root on, itself last: row `i` is
+    /// `columns[rows[i]..rows[i + 1]]`. The mass matrix is 0 elsewhere below its diagonal.
+    pub(crate) rows: Vec<usize>,
+    pub(crate) columns: Vec<u32>,
+    /// Last velocity that moves a link, or [`NONE`].
+    pub(crate) last: Vec<u32>,
+}
+
+impl Tree {
+    /// Checks the description of a tree. Time and memory grow with links times depth.
+    ///
+    /// # Errors
+    ///
+    /// A [`TreeError`] that names the first link that is wrong, and how.
+    pub fn new(links: Vec<Link>) -> Result<Self, TreeError> {
+        if links.is_empty() {
+            return Err(TreeError::Empty);
+        }
+        for (i, link) in links.iter().enumerate() {
+            if let Some(parent) = link.parent.filter(|p| *p >= i) {
+                return Err(TreeError::Parent { link: i, parent });
+            }
+            link.check(i)?;
+        }
+        check_masses(&links)?;
+        let mut tree = Tree {
+            nodes: Vec::with_capacity(links.len()),
+            dofs: vec![],
+            positions: 0,
+            rows: vec![0],
+            columns: vec![],
+            last: vec![],
+            links: vec![],
+        };
+        for link in &links {
+            tree.push(link);
+        }
+        tree.links = links;
+        Ok(tree)
+    }
+
+    fn push(&mut self, link: &Link) {
+        let (rotation, place) = plain(&link.frame);
+        let (kind, axis) = match link.joint {
+            Joint::Fixed => (Kind::Fixed, ZERO),
+            Joint::Revolute(axis) => (Kind::Revolute, axis.into()),
+            Joint::Prismatic(axis) => (Kind::Prismatic, axis.into()),
+            Joint::Spherical => (Kind::Spherical, ZERO),
+            Joint::Free => (Kind::Free, ZERO),
+        };
+        let (velocity, velocities) = (self.dofs.len(), link.joint.velocities());
+        let i = &link.inertia;
+        let inertia =
+            [i[(0, 0)], i[(0, 1)], i[(0, 2)], i[(0, 1)], i[(1, 1)], i[(1, 2)], i[(0, 2)], i[(1, 2)], i[(2, 2)]];
+        self.nodes.push(Node {
+            parent: link.parent.map_or(NONE, |p| p as u32),
+            kind,
+            rotation,
+            place,
+            axis_in_parent: turn(&rotation, axis),
+            axis,
+            straight: rotation == IDENTITY,
+            coordinate: (0..3).find(|k| axis[*k].abs() == 1.0).map(|k| (k, axis[k])),
+            mass: link.mass,
+            center: link.center.into(),
+            inertia,
+            position: self.positions,
+            velocity,
+            velocities,
+        });
+        let mut last = link.parent.map_or(NONE, |p| self.last[p]);
+        let [low, high] = link.limits.unwrap_or([f64::NEG_INFINITY, f64::INFINITY]);
+        for d in velocity..velocity + velocities {
+            if last != NONE {
+                let (a, b) = (self.rows[last as usize], self.rows[last as usize + 1]);
+                self.columns.extend_from_within(a..b);
+            }
+            self.columns.push(d as u32);
+            self.rows.push(self.columns.len());
+            last = d as u32;
+            let position = if velocities == 1 { self.positions as u32 } else { NONE };
+            let &Link { armature, damping, friction, .. } = link;
+            self.dofs.push(Dof { armature, damping, friction, low, high, position });
+        }
+        self.last.push(last);
+        self.positions += link.joint.positions();
+    }
+
+    /// Returns the links, as given.
+    pub fn links(&self) -> &[Link] {
+        &self.links
+    }
+    /// Returns the number of positions of a state.
+    pub fn positions(&self) -> usize {
+        self.positions
+    }
+    /// Returns the number of velocities of a state: degrees of freedom.
+    pub fn velocities(&self) -> usize {
+        self.dofs.len()
+    }
+    /// Returns where a link's positions and velocities begin in a state, or none if there is no such link.
+    pub fn offsets(&self, link: usize) -> Option<(usize, usize)> {
+        self.nodes.get(link).map(|n| (n.position, n.velocity))
+    }
+    /// Returns the number of entries of the mass matrix at or below its diagonal that are not 0 by structure.
+    pub(crate) fn entries(&self) -> usize {
+        self.columns.len()
+    }
+}
+
+/// Finds joints that move nothing with mass: their accelerations would be undefined.
+fn check_masses(links: &[Link]) -> Result<(), TreeError> {
+    let mut carried: Vec<f64> = links.iter().map(|l| l.mass).collect();
+    for i in (0..links.len()).rev() {
+        if links[i].joint.velocities() > 0 && carried[i] == 0.0 && links[i].armature == 0.0 {
+            return Err(TreeError::Massless { link: i });
+        }
+        if let Some(parent) = links[i].parent {
+            carried[parent] += carried[i];
+        }
+    }
+    Ok(())
+}
+
+/// Returns rotation and translation as plain numbers.
+fn plain(pose: &Isometry3<f64>) -> (Mat3, Vec3) {
+    let q = pose.rotation.quaternion();
+    let q: Quat = normalized([q.w, q.i, q.j, q.k]);
+    (rotation_of(q), pose.translation.vector.into())
+}

@@ -1,0 +1,171 @@
+//! Vectors, rotations and quaternions as plain arrays, with every operation in a fixed order.
+//!
+//! The rest of the crate computes with these instead of nalgebra's types, whose kernels for matrices may change the
+//! order of additions from one version to the next, and with it the bits of a run.
+
+/// A vector of three components.
+pub(crate) type Vec3 = [f64; 3];
+/// A matrix of 3 x 3, by rows.
+pub(crate) type Mat3 = [f64; 9];
+/// A unit quaternion: w, x, y, z.
+pub(crate) type Quat = [f64; 4];
+
+/// The vector 0.
+pub(crate) const ZERO: Vec3 = [0.0; 3];
+/// The rotation that changes nothing.
+pub(crate) const IDENTITY: Mat3 = [1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0];
+
+#[inline(always)]
+pub(crate) fn add(a: Vec3, b: Vec3) -> Vec3 {
+    [a[0] + b[0], a[1] + b[1], a[2] + b[2]]
+}
+
+#[inline(always)]
+pub(crate) fn sub(a: Vec3, b: Vec3) -> Vec3 {
+    [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
+}
+
+#[inline(always)]
+pub(crate) fn scale(a: Vec3, s: f64) -> Vec3 {
+    [a[0] * s, a[1] * s, a[2] * s]
+}
+
+#[inline(always)]
+pub(crate) fn dot(a: Vec3, b: Vec3) -> f64 {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+}
+
+#[inline(always)]
+pub(crate) fn cross(a: Vec3, b: Vec3) -> Vec3 {
+    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+}
+
+/// Returns the product of a matrix and a vector.
+#[inline(always)]
+pub(crate) fn turn(m: &Mat3, v: Vec3) -> Vec3 {
+    [
+        m[0] * v[0] + m[1] * v[1] + m[2] * v[2],
+        m[3] * v[0] + m[4] * v[1] + m[5] * v[2],
+        m[6] * v[0] + m[7] * v[1] + m[8] * v[2],
+    ]
+}
+
+/// Returns the product of two matrices.
+#[inline(always)]
+pub(crate) fn product(a: &Mat3, b: &Mat3) -> Mat3 {
+    let mut out = [0.0; 9];
+    for i in 0..3 {
+        for j in 0..3 {
+            out[3 * i + j] = a[3 * i] * b[j] + a[3 * i + 1] * b[3 + j] + a[3 * i + 2] * b[6 + j];
+        }
+    }
+    out
+}
+
+/// Returns column `k` of a matrix.
+#[inline(always)]
+pub(crate) fn column(m: &Mat3, k: usize) -> Vec3 {
+    [m[k], m[3 + k], m[6 + k]]
+}
+
+/// Returns the rotation about a unit axis by the angle with the given sine and cosine.
+#[inline(always)]
+pub(crate) fn rotation(axis: Vec3, sine: f64, cosine: f64) -> Mat3 {
+    let t = 1.0 - cosine;
+    let [x, y, z] = axis;
+    [
+        t * x * x + cosine,
+        t * x * y - sine * z,
+        t * x * z + sine * y,
+        t * x * y + sine * z,
+        t * y * y + cosine,
+        t * y * z - sine * x,
+        t * x * z - sine * y,
+        t * y * z + sine * x,
+        t * z * z + cosine,
+    ]
+}
+
+/// Returns the product of a matrix and a rotation about coordinate axis `axis`, which turns the other two columns.
+#[inline(always)]
+pub(crate) fn turned_about(m: &Mat3, axis: usize, sine: f64, cosine: f64) -> Mat3 {
+    let mut out = *m;
+    let mut mix = |a: usize, b: usize| {
+        for row in [0, 3, 6] {
+            let (x, y) = (m[row + a], m[row + b]);
+            out[row + a] = cosine * x + sine * y;
+            out[row + b] = cosine * y - sine * x;
+        }
+    };
+    match axis {
+        0 => mix(1, 2),
+        1 => mix(2, 0),
+        _ => mix(0, 1),
+    }
+    out
+}
+
+/// Returns the rotation of a unit quaternion.
+#[inline(always)]
+pub(crate) fn rotation_of(q: Quat) -> Mat3 {
+    let [w, x, y, z] = q;
+    [
+        1.0 - 2.0 * (y * y + z * z),
+        2.0 * (x * y - w * z),
+        2.0 * (x * z + w * y),
+        2.0 * (x * y + w * z),
+        1.0 - 2.0 * (x * x + z * z),
+        2.0 * (y * z - w * x),
+        2.0 * (x * z - w * y),
+        2.0 * (y * z + w * x),
+        1.0 - 2.0 * (x * x + y * y),
+    ]
+}
+
+/// Returns a unit quaternion after a time `h` at the constant angular velocity `w` in the turning body's own axes.
+///
+/// Source: the exponential map of the rotation group; the result is made a unit again, so that errors do not add up.
+pub(crate) fn turned(q: Quat, w: Vec3, h: f64) -> Quat {
+    let rate = dot(w, w).sqrt();
+    let half = 0.5 * h * rate;
+    let (sine, cosine) = libm::sincos(half);
+    // sin(x) / x is 1 to the last bit below 1e-8
+    let factor = if half > 1e-8 { sine / rate } else { 0.5 * h };
+    let e = [cosine, w[0] * factor, w[1] * factor, w[2] * factor];
+    normalized([
+        q[0] * e[0] - q[1] * e[1] - q[2] * e[2] - q[3] * e[3],
+        q[0] * e[1] + q[1] * e[0] + q[2] * e[3] - q[3] * e[2],
+        q[0] * e[2] - q[1] * e[3] + q[2] * e[0] + q[3] * e[1],
+        q[0] * e[3] + q[1] * e[2] - q[2] * e[1] + q[3] * e[0],
+    ])
+}
+
+/// Returns a quaternion over its norm, or no rotation for one without any length.
+pub(crate) fn normalized(q: Quat) -> Quat {
+    let square = q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3];
+    if square > 0.0 && square.is_finite() {
+        let s = 1.0 / square.sqrt();
+        [q[0] * s, q[1] * s, q[2] * s, q[3] * s]
+    } else {
+        [1.0, 0.0, 0.0, 0.0]
+    }
+}
+
+/// Returns the unit quaternion, w first, of a rotation; w is not negative unless it is 0 to rounding.
+///
+/// Source: the four forms of Shepperd's method; the one with the greatest square root loses no digits.
+pub(crate) fn quaternion_of(m: &Mat3) -> Quat {
+    let [xx, yy, zz] = [m[0], m[4], m[8]];
+    let trace = xx + yy + zz;
+    let q = if trace > 0.0 {
+        [1.0 + trace, m[7] - m[5], m[2] - m[6], m[3] - m[1]]
+    } else if xx >= yy && xx >= zz {
+        [m[7] - m[5], 1.0 + xx - yy - zz, m[1] + m[3], m[2] + m[6]]
+    } else if yy >= zz {
+        [m[2] - m[6], m[1] + m[3], 1.0 + yy - xx - zz, m[5] + m[7]]
+    } else {
+        [m[3] - m[1], m[2] + m[6], m[5] + m[7], 1.0 + zz - xx - yy]
+    };
+    let q = normalized(q);
+    if q[0] < 0.0 { q.map(|x| -x) } else { q }
+}
