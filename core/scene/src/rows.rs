@@ -218,6 +218,7 @@ rows! {
     Seed "scene.seed" WORLD, TATU_I64 0 None, ReadOnly FREE, "The seed of all random numbers; default 0.";
     Allow "scene.allow" WORLD, TATU_TEXT 0 None, ReadOnly FREE, "What scripts may access outside the run, separated by commas: `exec` other programs, `native` libraries, `net=HOST:PORT` sockets; a `*` means any host or port.";
     SceneFile "scene.file" WORLD, TATU_TEXT 0 None, ReadOnly FREE, "The file of the scene.";
+    SceneNotes "scene.notes" WORLD, TATU_LIST 0 None, ReadOnly FREE, "What was noted when the scene was read, such as what an importer left out: texts.";
     WorldNotes "scene.data" WORLD, TATU_MAP 0 None, Live FREE, "Custom data of the world: texts by tag, as in `object.data`; default none.";
     Running "scene.running" WORLD, TATU_BOOL 0 None, ReadOnly FREE, "Whether the world has been started.";
     ClockTime "scene.clock" WORLD, TATU_F64 0 Some("s"), ReadOnly FREE, "Time that clocks show since the start: simulation time, or in a real-time run the real time that has passed up to this step.";

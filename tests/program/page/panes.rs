@@ -11,7 +11,8 @@ const SCENE: &str = "[[object]]\nkind = \"shape\"\nalias = \"floor\"\nprimitive 
     color = [1.0, 0.0, 0.0]\nscript = { text = \"\"\"\nfunction sysCall_actuation()\n\
     sim.setObjectPosition(sim.getObject('..'), -1, {0.5 * sim.getSimulationTime(), 0, 1})\nend\"\"\" }\n\
     [[object]]\nkind = \"sensor\"\nalias = \"feels\"\nparent = \"/cart\"\nsensor = \"imu\"\n\
-    [[object]]\nkind = \"sensor\"\nalias = \"hears\"\nposition_m = [0.0, 0.0, 3.0]\norientation_deg = [180.0, 0.0, 0.0]\n\
+    [[object]]\nkind = \"shape\"\nalias = \"block\"\nsize_m = [0.2, 0.2, 0.2]\nposition_m = [0.0, 2.0, 1.0]\n\
+    [[object]]\nkind = \"sensor\"\nalias = \"hears\"\nposition_m = [0.0, 2.0, 3.0]\norientation_deg = [180.0, 0.0, 0.0]\n\
     sensor = \"proximity\"\nrange_m = 4.0\n\
     [[object]]\nkind = \"camera\"\nalias = \"above\"\nposition_m = [0.0, 0.0, 2.0]\norientation_deg = [180.0, 0.0, 0.0]\n\
     [[object]]\nkind = \"sensor\"\nalias = \"sees\"\nsensor = \"depth_camera\"\nposition_m = [0.0, 0.0, 3.0]\n\
@@ -125,7 +126,7 @@ fn all_sensors_are_in_one_list_with_what_they_read() {
              .querySelector('.value').textContent"
         )
     };
-    // The sonar hears the cart's upper side, at 1.1 m, 1.9 m away; the inertial unit feels gravity.
+    // The sonar hears the block below it; the inertial unit feels gravity.
     shown.page.until(&format!("{}.startsWith('1.9 m')", value("hears")));
     shown.page.until(&format!("/9\\.8/.test({})", value("feels")));
     shown

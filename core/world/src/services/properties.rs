@@ -124,6 +124,9 @@ pub(super) fn read_world(world: &WorldCell, row: Row) -> Result<Value, tatu_stat
         Row::SceneFile => {
             Value::text(world.model.document.file.as_ref().map_or(String::new(), |f| f.display().to_string()))
         }
+        Row::SceneNotes => {
+            Value::List(world.model.document.reports.iter().map(|r| Value::text(r.text.as_str())).collect())
+        }
         Row::Running => Value::Bool(world.running()),
         Row::Stopping => Value::Bool(phase.is_ending()),
         Row::Phase => Value::Int(phase as i64),

@@ -41,6 +41,8 @@ const MOST_WAITING: usize = 10_000;
 /// Read timeout, after which a thread checks for messages to send.
 const SLICE: Duration = Duration::from_millis(8);
 
+/// Longest wait for the connection that ends the thread of a listener.
+const WAKE: Duration = Duration::from_secs(1);
 /// Bytes read at once.
 const READ_AT_ONCE: usize = 4 << 10;
 
@@ -137,7 +139,6 @@ impl Listener {
     pub fn open(settings: Settings) -> io::Result<Listener> {
         let listener = TcpListener::bind((Ipv4Addr::LOCALHOST, settings.port))?;
         let address = listener.local_addr()?;
-        listener.set_nonblocking(true)?;
         // Only the program that has the port reads its tokens.
         let (tokens, unkept) = match settings.token && settings.port != 0 {
             true => tokens::kept(State::of_user(), settings.port)?,
@@ -168,6 +169,8 @@ impl Listener {
 impl Drop for Listener {
     fn drop(&mut self) {
         self.end.store(true, Ordering::Release);
+        // The thread waits for a connection.
+        let _ = TcpStream::connect_timeout(&self.address, WAKE);
         if let Some(thread) = self.thread.take() {
             let _ = thread.join();
         }
@@ -178,6 +181,7 @@ fn accept(listener: &TcpListener, shared: &Arc<Shared>) {
     let mut threads: Vec<JoinHandle<()>> = Vec::new();
     while !shared.end.load(Ordering::Acquire) {
         match listener.accept() {
+            _ if shared.end.load(Ordering::Acquire) => break,
             Ok((stream, _)) if shared.count.load(Ordering::Relaxed) < MOST_CONNECTIONS => {
                 let own = shared.clone();
                 own.count.fetch_add(1, Ordering::Relaxed);
@@ -211,7 +215,6 @@ fn is_here(name: &str, address: SocketAddr) -> bool {
 }
 
 fn serve(mut stream: TcpStream, shared: &Arc<Shared>) -> io::Result<()> {
-    stream.set_nonblocking(false)?;
     stream.set_nodelay(true)?;
     let request = Request::read(&mut stream)?;
     let refuse = |stream: &mut TcpStream, status: &str, why: &str| {

@@ -43,7 +43,8 @@ on("state", (message) => {
   get("play").classList.toggle("on", state === "running");
   get("pause").classList.toggle("on", state === "paused");
   get("stop").classList.toggle("on", state === "stopped");
-  if (state === "stopped") get("time").textContent = `${clock(0)} (dt ${+(dt * 1000).toFixed(3)} ms)`;
+  if (state === "stopped") get("time").textContent = clock(0);
+  if (state !== "running") pace(null);
   get("speed").textContent = speed > 0 ? `${speed}x` : "max";
 });
 
@@ -56,17 +57,26 @@ function clock(t) {
   return `${pad(Math.floor(t / 3600))}:${pad(Math.floor(t / 60) % 60)}:${(t % 60).toFixed(2).padStart(5, "0")}`;
 }
 
+/**
+ * Shows the length of a step, and how fast the simulation runs.
+ * @param {number | null} factor
+ */
+function pace(factor) {
+  const step = `dt ${+(dt * 1000).toFixed(3)} ms`;
+  get("factor").textContent = factor === null ? step : `${step} \u00B7 ${factor.toFixed(2)}x`;
+}
+
 /** @type {{ now: number, time: number } | null} */
 let before = null;
 on("frame", (view) => {
   // What stands begins anew.
   const time = state === "stopped" ? 0 : timeOf(view);
-  get("time").textContent = `${clock(time)} (dt ${+(dt * 1000).toFixed(3)} ms)`;
+  get("time").textContent = clock(time);
   const now = performance.now() / 1000;
   if (!before || time < before.time) before = { now, time };
   if (now - before.now > 0.5) {
     const factor = (time - before.time) / (now - before.now);
-    get("factor").textContent = state === "running" ? `${factor.toFixed(2)} x real time` : "";
+    pace(state === "running" ? factor : null);
     before = { now, time };
   }
 });

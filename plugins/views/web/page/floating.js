@@ -11,8 +11,8 @@ import { get, make } from "tatu/dom";
 const host = get("view");
 /** Pixels that a key moves a window. */
 const STEP = 16;
-/** Pixels between new windows and the edges of the view, and the bar of the camera. */
-const [EDGE, TOP] = [10, 54];
+/** Pixels between new windows and the edges of the view. */
+const EDGE = 10;
 let front = 2;
 
 /**
@@ -37,10 +37,12 @@ function room(box) {
     o instanceof HTMLElement && x < o.offsetLeft + o.offsetWidth && o.offsetLeft < x + w && y < o.offsetTop + o.offsetHeight && o.offsetTop < y + h
   ));
   const right = host.clientWidth - w - EDGE;
+  const bar = get("camera");
+  const top = bar.offsetTop + bar.offsetHeight + EDGE;
   for (let x = right; x >= EDGE; x -= STEP) {
-    for (let y = TOP; y <= host.clientHeight - h - EDGE; y += STEP) if (!covers(x, y)) return { x, y };
+    for (let y = top; y <= host.clientHeight - h - EDGE; y += STEP) if (!covers(x, y)) return { x, y };
   }
-  return { x: right - 24 * (others.length % 8), y: TOP + 34 * (others.length % 8) };
+  return { x: right - 24 * (others.length % 8), y: top + 34 * (others.length % 8) };
 }
 
 /**
@@ -116,8 +118,12 @@ export function floating({ key, title: text, width, height, closed }) {
   return { box, bar, title, body, close };
 }
 
-// A smaller view keeps its windows within reach.
+// A smaller view keeps its windows whole, if they fit.
 new ResizeObserver(() => {
   if (!host.clientWidth) return;
-  for (const box of host.querySelectorAll(".pane")) if (box instanceof HTMLElement) put(box, box.offsetLeft, box.offsetTop);
+  for (const box of host.querySelectorAll(".pane")) {
+    if (!(box instanceof HTMLElement)) continue;
+    const [right, bottom] = [host.clientWidth - box.offsetWidth, host.clientHeight - box.offsetHeight];
+    put(box, Math.max(0, Math.min(box.offsetLeft, right)), Math.max(0, Math.min(box.offsetTop, bottom)));
+  }
 }).observe(host);

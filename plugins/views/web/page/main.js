@@ -17,6 +17,7 @@ import "tatu/driving";
 import "tatu/icons";
 import "tatu/view";
 import "tatu/looking";
+import "tatu/dragging";
 import "tatu/selecting";
 import "tatu/placing";
 import "tatu/palette";

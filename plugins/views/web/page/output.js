@@ -4,7 +4,7 @@
 import { get, make } from "tatu/dom";
 import { icon } from "tatu/icons";
 import { on } from "tatu/net";
-import { objectAt, select } from "tatu/store";
+import { objectAt, scene, select, watch } from "tatu/store";
 
 const MOST = 1000;
 const tabs = get("tabs");
@@ -72,16 +72,48 @@ export function clear() {
 }
 
 /**
+ * Lets a click on a warning select its object: one whose path it begins with, or those whose names stand in parentheses
+ * at its end, as notes of imports have them.
+ * @param {HTMLElement} div
+ */
+function linkObjects(div) {
+  const text = div.textContent ?? "";
+  if (!/warning|error/.test(div.className) || div.querySelector("button")) return;
+  const link = (/** @type {string} */ name, /** @type {number} */ id) => make("button", { type: "button", textContent: name, onclick: () => select(id) });
+  const path = objectAt(text.match(/^`?(\/[^\s`:]+)/)?.[1] ?? "");
+  if (path) {
+    div.replaceChildren(link(text, path));
+    return;
+  }
+  const [, before = "", names = ""] = text.match(/^(.*\()([^()]+)\)$/s) ?? [];
+  const parts = names.split(", ").map((name) => {
+    const found = [...scene.objects.values()].find((o) => o.alias === name);
+    return found ? link(name, found.id) : name;
+  });
+  if (!parts.some((part) => typeof part !== "string")) return;
+  div.replaceChildren(before, ...parts.flatMap((part, i) => (i ? [", ", part] : [part])), ")");
+}
+let noted = "";
+// What importers have left out is told once for each scene; then what was told before the scene was there is linked.
+on("scene", ({ file, notes }) => {
+  const key = JSON.stringify([file, notes]);
+  if (key !== noted) for (const note of notes ?? []) line("Status", note, "warning");
+  noted = key;
+});
+watch("scene", () => {
+  for (const lines of pages.values()) lines.forEach(linkObjects);
+  lastLine();
+});
+
+/**
  * Writes a line.
  * @param {string} name
  * @param {string} text
  * @param {string} [level]
  */
 export function line(name, text, level = "") {
-  // A warning about an object begins with its path: a click selects it.
-  const object = level === "warning" || level === "error" ? objectAt(text.match(/^\/\S+/)?.[0] ?? "") : 0;
-  const div = make("div", { className: level, textContent: object ? "" : text });
-  if (object) div.append(make("button", { type: "button", textContent: text, onclick: () => select(object) }));
+  const div = make("div", { className: level, textContent: text });
+  linkObjects(div);
   const all = page(name);
   all.push(div);
   const bottom = output.scrollTop + output.clientHeight >= output.scrollHeight - 8;

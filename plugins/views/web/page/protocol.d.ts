@@ -321,7 +321,11 @@ acts: boolean,
 /**
  * A view-only address for other clients.
  */
-look?: string, speed: number, } | { "type": "scene", file: string, dt: number, objects: Array<SceneObject>, scripts: Array<Script>, } | { "type": "objects", objects: Array<SceneObject>, } | { "type": "state", state: RunState, speed: number, dt: number,
+look?: string, speed: number, } | { "type": "scene", file: string, dt: number, objects: Array<SceneObject>, scripts: Array<Script>,
+/**
+ * What was noted when the scene was read, such as what an importer left out.
+ */
+notes: Array<string>, } | { "type": "objects", objects: Array<SceneObject>, } | { "type": "state", state: RunState, speed: number, dt: number,
 /**
  * What the next undo and redo do, in words.
  */

@@ -78,7 +78,7 @@ function openSensors() {
     felt = forces.slice(0, MOST_FORCES).map((o) => watchValue(o.id, "force_sensor.force"));
     body.replaceChildren(...sensors.map((o) => {
       const row = make("tr");
-      const name = make("button", { type: "button", className: "link", textContent: o.alias, onclick: () => select(o.id) });
+      const name = make("button", { type: "button", className: "link", textContent: o.alias, title: o.alias, onclick: () => select(o.id) });
       const cell = make("td", { className: "value" });
       const [head, kind] = [make("th"), make("td", { textContent: (o.sensor ?? o.kind).replaceAll("_", " ") })];
       head.scope = "row";

@@ -8,6 +8,7 @@ import { get } from "tatu/dom";
 import { LAMP, dome, floor, lay, onTheme, zoom } from "tatu/light";
 import { on } from "tatu/net";
 import { bounds, groups, root } from "tatu/objects";
+import { drawPlain, isMany, isSoftware } from "tatu/plain";
 import { scene, watch } from "tatu/store";
 
 THREE.Object3D.DEFAULT_UP.set(0, 0, 1);
@@ -26,6 +27,8 @@ camera.position.set(3, -4, 2.5);
 export const renderer = new THREE.WebGLRenderer({ antialias: true, preserveDrawingBuffer: true });
 renderer.setPixelRatio(Math.min(devicePixelRatio, 2));
 renderer.shadowMap.enabled = true;
+// Asking for errors waits until a shader is compiled.
+renderer.debug.checkShaderErrors = false;
 renderer.shadowMap.type = THREE.PCFShadowMap;
 host.append(renderer.domElement);
 export const controls = new OrbitControls(camera, renderer.domElement);
@@ -100,6 +103,12 @@ export function drawFrom(other, canvas) {
   canvas.getContext("2d")?.drawImage(renderer.domElement, 0, from, columns, rows, 0, 0, columns, rows);
 }
 
+const software = isSoftware(renderer);
+/** Pictures that follow each other within this time are plain ones in large scenes; the last one is not. ms. */
+const REST = 600;
+/** Triangles of the last picture, and when it was drawn. */
+let [triangles, last] = [0, -Infinity];
+let rest = 0;
 let due = false;
 /** Pictures that were drawn. */
 export let drawn = 0;
@@ -111,14 +120,23 @@ export function redraw() {
     due = false;
     root.updateMatrixWorld();
     // A graphics card draws shadows of thousands of parts, a processor does not.
-    sun.castShadow = !isLarge();
+    const large = isLarge() || (software && isMany(triangles));
+    sun.castShadow = !large;
     zoom.value = Math.tan((camera.fov * Math.PI) / 360) / USUAL;
     clip();
     if (sun.castShadow) shade();
     for (const f of others) f();
     place(camera, renderer.domElement.height);
     drawn++;
-    renderer.render(stage, camera);
+    clearTimeout(rest);
+    if (software && large && performance.now() - last < REST) {
+      triangles = drawPlain(renderer, stage, camera);
+      rest = setTimeout(redraw, REST);
+    } else {
+      renderer.render(stage, camera);
+      ({ triangles } = renderer.info.render);
+    }
+    last = performance.now();
   });
 }
 controls.addEventListener("change", redraw);

@@ -21,12 +21,19 @@ fn answer(path: &str, whole: bool) -> Option<Page> {
         return Some((kind, bytes.to_vec(), Vec::new()));
     }
     let text = if whole {
-        let map = format!("<script type=\"importmap\">{IMPORT_MAP}</script>");
-        String::from_utf8_lossy(bytes).replace(MAP, &map)
+        let head = format!("<script type=\"importmap\">{IMPORT_MAP}</script>\n{}", preloads());
+        String::from_utf8_lossy(bytes).replace(MAP, &head)
     } else {
         MISSING.to_owned()
     };
     Some((kind, text.into_bytes(), vec![("Content-Security-Policy", policy())]))
+}
+
+/// Names all modules in advance: a browser finds them only one behind the other, as they import each other.
+fn preloads() -> String {
+    let films = |path: &&str| path.starts_with("/page/film");
+    let modules = FILES.iter().map(|(path, _, _)| *path).filter(|path| path.ends_with(".js") && !films(path));
+    modules.map(|path| format!("<link rel=\"modulepreload\" href=\"{path}\">\n")).collect()
 }
 
 /// The page of a program that was built without the page's libraries.

@@ -48,6 +48,7 @@ props! {
     time: "scene.time",
     dt: "scene.dt",
     file: "scene.file",
+    notes: "scene.notes",
     scene_data: "scene.data",
     detected: "proximity.detected",
     distance: "proximity.distance",

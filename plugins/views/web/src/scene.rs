@@ -109,7 +109,9 @@ pub fn read(turn: &Turn<'_>, p: &Props) -> Result<Whole> {
     }
     let of_scene = |s: &tatu_object| turn.get(*s, p.parent).is_ok_and(|v| v.as_object().unwrap_or(0) == 0);
     let scripts = scripts_of(turn, p, turn.scripts(0)?.into_iter().filter(of_scene))?;
-    let scene = ToPage::Scene { file: text(turn.get(0, p.file)?), dt: turn.f64(0, p.dt)?, objects, scripts };
+    let notes = turn.get(0, p.notes)?;
+    let notes = notes.list().unwrap_or_default().iter().map(|v| text(*v)).collect();
+    let scene = ToPage::Scene { file: text(turn.get(0, p.file)?), dt: turn.f64(0, p.dt)?, objects, scripts, notes };
     whole.messages = assets.into_values().collect();
     whole.messages.push(scene.message());
     Ok(whole)

@@ -32,6 +32,8 @@ pub(crate) enum ToPage {
         dt: f64,
         objects: Vec<Object>,
         scripts: Vec<Script>,
+        /// What was noted when the scene was read, such as what an importer left out.
+        notes: Vec<String>,
     },
     /// Objects that have changed otherwise than by moving.
     Objects {

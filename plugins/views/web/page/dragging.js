@@ -1,0 +1,19 @@
+// @ts-check
+// What a drag in the view does: turn the camera, pan or zoom, by buttons as V-REP has them.
+
+import * as THREE from "three";
+import { get } from "tatu/dom";
+import { controls } from "tatu/view";
+
+const WAYS = /** @type {const} */ ({ "drag-turn": THREE.MOUSE.ROTATE, "drag-pan": THREE.MOUSE.PAN, "drag-zoom": THREE.MOUSE.DOLLY });
+const KEY = "tatu drag";
+
+/** @param {keyof typeof WAYS} way */
+function choose(way) {
+  controls.mouseButtons.LEFT = WAYS[way];
+  for (const id of Object.keys(WAYS)) get(id).setAttribute("aria-pressed", String(id === way));
+  localStorage.setItem(KEY, way);
+}
+const ids = /** @type {(keyof typeof WAYS)[]} */ (Object.keys(WAYS));
+for (const id of ids) get(id).onclick = () => choose(id);
+choose(ids.find((id) => id === localStorage.getItem(KEY)) ?? "drag-turn");

@@ -1,0 +1,50 @@
+// @ts-check
+// Pictures of large scenes that a processor has to draw: while things move, in fewer pixels and with rough edges.
+
+import * as THREE from "three";
+
+/** Triangles from which a scene is large for a processor. */
+const MANY = 30_000;
+/** Pixels along a side, as a part of those of the view. */
+const SHARE = 0.6;
+
+/**
+ * Whether no graphics card draws.
+ * @param {THREE.WebGLRenderer} renderer
+ */
+export function isSoftware(renderer) {
+  const gl = renderer.getContext();
+  const more = gl.getExtension("WEBGL_debug_renderer_info");
+  const name = String(gl.getParameter(more ? more.UNMASKED_RENDERER_WEBGL : gl.RENDERER));
+  return /swiftshader|llvmpipe|softpipe|software|basic render/i.test(name);
+}
+
+const target = new THREE.WebGLRenderTarget(1, 1);
+target.texture.colorSpace = THREE.SRGBColorSpace;
+const stage = new THREE.Scene();
+const whole = new THREE.Mesh(new THREE.PlaneGeometry(2, 2), new THREE.MeshBasicMaterial({ map: target.texture, depthTest: false, depthWrite: false }));
+stage.add(whole);
+const camera = new THREE.OrthographicCamera(-1, 1, 1, -1, -1, 1);
+
+/**
+ * Draws a plain picture.
+ * @param {THREE.WebGLRenderer} renderer
+ * @param {THREE.Scene} scene
+ * @param {THREE.Camera} from
+ */
+export function drawPlain(renderer, scene, from) {
+  const { width, height } = renderer.domElement;
+  const [w, h] = [Math.ceil(SHARE * width), Math.ceil(SHARE * height)];
+  if (target.width !== w || target.height !== h) target.setSize(w, h);
+  renderer.setRenderTarget(target);
+  renderer.render(scene, from);
+  const { triangles } = renderer.info.render;
+  renderer.setRenderTarget(null);
+  renderer.render(stage, camera);
+  return triangles;
+}
+
+/** @param {number} triangles of the last picture */
+export function isMany(triangles) {
+  return triangles > MANY;
+}
