@@ -1,14 +1,6 @@
 // @ts-check
-// The script editor: Lua in colours, commands completed and explained, errors at their line.
+// The script editor: which script is open, commands that complete it, saving.
 
-import { EditorState } from "@codemirror/state";
-import { EditorView, keymap, lineNumbers, highlightActiveLine, drawSelection } from "@codemirror/view";
-import { StreamLanguage, HighlightStyle, syntaxHighlighting, bracketMatching, indentOnInput } from "@codemirror/language";
-import { defaultKeymap, history, historyKeymap, indentWithTab } from "@codemirror/commands";
-import { autocompletion, completionKeymap } from "@codemirror/autocomplete";
-import { lintGutter, setDiagnostics } from "@codemirror/lint";
-import { lua } from "@codemirror/legacy-modes/mode/lua";
-import { tags } from "@lezer/highlight";
 import { failure } from "tatu/calls";
 import { ask as question } from "tatu/dialogs";
 import { get } from "tatu/dom";
@@ -19,10 +11,13 @@ import { rights, scene, watch } from "tatu/store";
 import { resolve } from "tatu/versions";
 
 /** @import { CompletionContext } from "@codemirror/autocomplete" */
+/** @import { EditorView } from "@codemirror/view" */
 /** @import { Command, Script } from "tatu/protocol" */
 
 /** @type {EditorView | null} */
 let view = null;
+/** The module that has made it. @type {typeof import("tatu/editing") | null} */
+let tools = null;
 /** @type {Script | null} */
 let open = null;
 /** The text that is edited, as the scene had it, and its version there. */
@@ -31,21 +26,6 @@ let base = { text: "", version: 0 };
 let shown = 0;
 /** @type {Command[] | null} */
 let commands = null;
-
-const colours = HighlightStyle.define([
-  { tag: tags.keyword, color: "var(--mark)", fontWeight: "600" },
-  { tag: tags.comment, color: "var(--soft)", fontStyle: "italic" },
-  { tag: tags.string, color: "light-dark(#0a7d3c, #7ee2a8)" },
-  { tag: tags.number, color: "light-dark(#9a4a00, #ffb86b)" },
-  { tag: tags.standard(tags.variableName), color: "light-dark(#6f42c1, #d2a8ff)" },
-]);
-const look = EditorView.theme({
-  "&": { backgroundColor: "var(--panel)", color: "var(--text)", fontSize: "13px" },
-  ".cm-gutters": { backgroundColor: "var(--back)", color: "var(--soft)", border: "none" },
-  ".cm-activeLine": { backgroundColor: "color-mix(in srgb, var(--mark) 9%, transparent)" },
-  ".cm-cursor": { borderLeftColor: "var(--text)" },
-  ".cm-tooltip": { backgroundColor: "var(--panel)", border: "1px solid var(--line)", maxWidth: "34rem" },
-});
 
 /** @param {CompletionContext} context */
 function complete(context) {
@@ -58,21 +38,17 @@ function complete(context) {
   };
 }
 
+let filling = 0;
 /** @param {string} text */
-function fill(text) {
+async function fill(text) {
+  const own = ++filling;
   view?.destroy();
-  view = new EditorView({
-    parent: get("editor"),
-    state: EditorState.create({
-      doc: text,
-      extensions: [
-        lineNumbers(), history(), drawSelection(), highlightActiveLine(), bracketMatching(), indentOnInput(), lintGutter(),
-        StreamLanguage.define(lua), syntaxHighlighting(colours), look, autocompletion({ override: [complete] }),
-        keymap.of([{ key: "Mod-s", run: () => { save(); return true; } }, ...completionKeymap, ...historyKeymap, ...defaultKeymap, indentWithTab]),
-        EditorState.readOnly.of(!rights.acts), EditorView.contentAttributes.of({ "aria-label": "Script" }),
-      ],
-    }),
-  });
+  view = null;
+  const editing = await import("tatu/editing");
+  // Another script was opened while the libraries were loaded.
+  if (own !== filling) return;
+  tools = editing;
+  view = editing.textField({ parent: get("editor"), text, complete, save: () => { save(); }, readOnly: !rights.acts });
   view.focus();
 }
 
@@ -109,7 +85,7 @@ on("commands", (message) => { commands = message.commands; });
 on("script", ({ script, text, version }) => {
   if (open?.id !== script) return;
   const own = view?.state.doc.toString();
-  if (shown === script && own !== base.text) {
+  if (view && shown === script && own !== base.text) {
     // A text that another client has saved does not replace what is being written here.
     if (own === text) base = { text, version };
     else if (version !== base.version) line("Status", `${open.name} was changed elsewhere: saving it will show both texts`, "warning");
@@ -159,14 +135,13 @@ function mark(text) {
   if (!view) return;
   const at = text.match(/:(\d+):/);
   const n = at ? Math.min(Number(at[1]), view.state.doc.lines) : 1;
-  const { from, to } = view.state.doc.line(Math.max(1, n));
-  view.dispatch(setDiagnostics(view.state, [{ from, to, severity: "error", message: text }]));
+  tools?.markLine(view, Math.max(1, n), text);
 }
 
 /** Puts the text into the scene; a promise of whether it is there. */
 async function save() {
   if (!view || !open || !rights.acts) return false;
-  view.dispatch(setDiagnostics(view.state, []));
+  tools?.unmark(view);
   return put(open, view.state.doc.toString(), base.version);
 }
 
@@ -209,6 +184,7 @@ on("event", ({ name, payload }) => {
 get("script-save").onclick = save;
 
 function close() {
+  filling++;
   get("script").hidden = true;
   open = null;
   shown = 0;

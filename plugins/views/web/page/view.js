@@ -112,9 +112,12 @@ let rest = 0;
 let due = false;
 /** Pictures that were drawn. */
 export let drawn = 0;
+/** Whether a scene is there: the first picture compiles shaders, which takes a processor half a second. */
+let ready = false;
+watch("scene", () => { ready = true; });
 /** Draws a picture soon. */
 export function redraw() {
-  if (due) return;
+  if (due || !ready) return;
   due = true;
   requestAnimationFrame(() => {
     due = false;

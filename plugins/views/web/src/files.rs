@@ -29,10 +29,22 @@ fn answer(path: &str, whole: bool) -> Option<Page> {
     Some((kind, text.into_bytes(), vec![("Content-Security-Policy", policy())]))
 }
 
+/// Modules of films, and of the editor, which is loaded when a script is opened.
+const LATER: &[&str] = &[
+    "/page/film",
+    "/page/editing.js",
+    "/lib/@codemirror",
+    "/lib/@lezer",
+    "/lib/@marijn",
+    "/lib/crelt",
+    "/lib/style-mod",
+    "/lib/w3c-keyname",
+];
+
 /// Names all modules in advance: a browser finds them only one behind the other, as they import each other.
 fn preloads() -> String {
-    let films = |path: &&str| path.starts_with("/page/film");
-    let modules = FILES.iter().map(|(path, _, _)| *path).filter(|path| path.ends_with(".js") && !films(path));
+    let later = |path: &&str| LATER.iter().any(|start| path.starts_with(start));
+    let modules = FILES.iter().map(|(path, _, _)| *path).filter(|path| path.ends_with(".js") && !later(path));
     modules.map(|path| format!("<link rel=\"modulepreload\" href=\"{path}\">\n")).collect()
 }
 

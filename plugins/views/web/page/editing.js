@@ -1,0 +1,67 @@
+// @ts-check
+// The text field of the script editor: Lua in colors, completion, errors at their line. Its libraries are loaded with the
+// first script that is opened.
+
+import { EditorState } from "@codemirror/state";
+import { EditorView, keymap, lineNumbers, highlightActiveLine, drawSelection } from "@codemirror/view";
+import { StreamLanguage, HighlightStyle, syntaxHighlighting, bracketMatching, indentOnInput } from "@codemirror/language";
+import { defaultKeymap, history, historyKeymap, indentWithTab } from "@codemirror/commands";
+import { autocompletion, completionKeymap } from "@codemirror/autocomplete";
+import { lintGutter, setDiagnostics } from "@codemirror/lint";
+import { lua } from "@codemirror/legacy-modes/mode/lua";
+import { tags } from "@lezer/highlight";
+
+/** @import { CompletionContext, CompletionResult } from "@codemirror/autocomplete" */
+
+const colors = HighlightStyle.define([
+  { tag: tags.keyword, color: "var(--mark)", fontWeight: "600" },
+  { tag: tags.comment, color: "var(--soft)", fontStyle: "italic" },
+  { tag: tags.string, color: "light-dark(#0a7d3c, #7ee2a8)" },
+  { tag: tags.number, color: "light-dark(#9a4a00, #ffb86b)" },
+  { tag: tags.standard(tags.variableName), color: "light-dark(#6f42c1, #d2a8ff)" },
+]);
+const look = EditorView.theme({
+  "&": { backgroundColor: "var(--panel)", color: "var(--text)", fontSize: "13px" },
+  ".cm-gutters": { backgroundColor: "var(--back)", color: "var(--soft)", border: "none" },
+  ".cm-activeLine": { backgroundColor: "color-mix(in srgb, var(--mark) 9%, transparent)" },
+  ".cm-cursor": { borderLeftColor: "var(--text)" },
+  ".cm-tooltip": { backgroundColor: "var(--panel)", border: "1px solid var(--line)", maxWidth: "34rem" },
+});
+
+/**
+ * Makes a text field.
+ * @param {{ parent: HTMLElement, text: string, complete: (context: CompletionContext) => CompletionResult | null, save: () => void, readOnly: boolean }} what
+ */
+export function textField({ parent, text, complete, save, readOnly }) {
+  return new EditorView({
+    parent,
+    state: EditorState.create({
+      doc: text,
+      extensions: [
+        lineNumbers(), history(), drawSelection(), highlightActiveLine(), bracketMatching(), indentOnInput(), lintGutter(),
+        StreamLanguage.define(lua), syntaxHighlighting(colors), look, autocompletion({ override: [complete] }),
+        keymap.of([{ key: "Mod-s", run: () => { save(); return true; } }, ...completionKeymap, ...historyKeymap, ...defaultKeymap, indentWithTab]),
+        EditorState.readOnly.of(readOnly), EditorView.contentAttributes.of({ "aria-label": "Script" }),
+      ],
+    }),
+  });
+}
+
+/**
+ * Shows an error at a line.
+ * @param {EditorView} view
+ * @param {number} line from 1
+ * @param {string} message
+ */
+export function markLine(view, line, message) {
+  const { from, to } = view.state.doc.line(line);
+  view.dispatch(setDiagnostics(view.state, [{ from, to, severity: "error", message }]));
+}
+
+/**
+ * Takes errors away.
+ * @param {EditorView} view
+ */
+export function unmark(view) {
+  view.dispatch(setDiagnostics(view.state, []));
+}
