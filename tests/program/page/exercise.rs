@@ -76,6 +76,7 @@ fn a_teacher_writes_an_exercise_and_a_student_hands_it_in() {
     // What should never happen did not; what was not reached before the stop was not reached.
     shown.page.until("document.querySelectorAll('.goals .reached').length === 2");
     shown.page.until("document.querySelectorAll('.goals .failed').length === 1");
+    shown.page.until("document.getElementById('stop').classList.contains('on')");
     shown.page.js(hand_in);
     shown.page.until("window.saved.length === 1");
     let files: Value = shown.page.js(PACKED);

@@ -95,6 +95,7 @@ const ROBOT: &str = "[[object]]\nkind = \"shape\"\nalias = \"cart\"\nsize_m = [0
     orientation_deg = [-90.0, 0.0, 0.0]\n\
     [[object]]\nkind = \"shape\"\nalias = \"wheel\"\nparent = \"/cart/axle\"\nprimitive = \"cylinder\"\n\
     size_m = [0.2, 0.2, 0.05]\ndynamic = true\nmass_kg = 0.5\n\
+    [[object]]\nkind = \"dummy\"\nalias = \"base_link\"\nparent = \"/cart\"\n\
     [[object]]\nkind = \"joint\"\nalias = \"lift\"\nparent = \"/cart\"\ntype = \"prismatic\"\nlimits_m = [0.0, 0.25]\n\
     [[object]]\nkind = \"shape\"\nalias = \"plate\"\nparent = \"/cart/lift\"\nprimitive = \"sphere\"\n\
     size_m = [0.1, 0.1, 0.1]\nposition_m = [0.0, 0.0, 0.1]\ndynamic = true\nmass_kg = 0.25\n\

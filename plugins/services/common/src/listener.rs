@@ -169,9 +169,9 @@ impl Listener {
 impl Drop for Listener {
     fn drop(&mut self) {
         self.end.store(true, Ordering::Release);
-        // The thread waits for a connection.
-        let _ = TcpStream::connect_timeout(&self.address, WAKE);
-        if let Some(thread) = self.thread.take() {
+        // The thread waits for a connection. If there can be none, it is left to the end of the process.
+        let woken = TcpStream::connect_timeout(&self.address, WAKE).is_ok();
+        if let Some(thread) = self.thread.take().filter(|_| woken) {
             let _ = thread.join();
         }
     }

@@ -1,6 +1,9 @@
 //! Robots of the scene as URDF, for clients that want to know what they look like and how they move.
 
-use std::fmt::Write;
+use std::{
+    collections::{BTreeMap, BTreeSet},
+    fmt::Write,
+};
 
 use tatu_plugin_api::{
     abi::*,
@@ -21,7 +24,14 @@ const NO_LIMIT: f64 = 1e6;
 /// them, since a client cannot read the program's files.
 pub fn urdf(turn: &Turn<'_>, p: &Props, scene: &Scene, robot: &Robot) -> Result<String> {
     let root = format!("{}base_link", robot.prefix);
-    let mut out = Writer { turn, p, scene, robot, text: String::new() };
+    let mut children: BTreeMap<tatu_object, Vec<tatu_object>> = BTreeMap::new();
+    for &id in &scene.ids {
+        if let Some(parent) = turn.get(id, p.parent)?.as_object() {
+            children.entry(parent).or_default().push(id);
+        }
+    }
+    let names = BTreeSet::from([root.clone()]);
+    let mut out = Writer { turn, p, scene, robot, children, names, text: String::new() };
     let _ = writeln!(out.text, "<?xml version=\"1.0\"?>\n<robot name=\"{}\">\n  <link name=\"{root}\"/>", robot.name);
     let base = seen_from(&robot.link(), &[0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0]);
     out.object(robot.base, &root, &base)?;
@@ -34,6 +44,10 @@ struct Writer<'a> {
     p: &'a Props,
     scene: &'a Scene,
     robot: &'a Robot,
+    /// What is below each object, in the order of the tree.
+    children: BTreeMap<tatu_object, Vec<tatu_object>>,
+    /// Names of links and joints that are taken.
+    names: BTreeSet<String>,
     text: String,
 }
 
@@ -46,17 +60,16 @@ impl Writer<'_> {
             TATU_KIND_SENSOR => return Ok(()),
             _ => {}
         }
-        let own = self.name(id)?;
-        self.connect(&format!("{own}_mount"), "fixed", link, &own, at, "");
+        let own = self.name(id, "")?;
+        let mount = self.free(format!("{own}_mount"));
+        self.connect(&mount, "fixed", link, &own, at, "");
         self.link(id, &own)?;
         self.below(id, &own)
     }
 
     fn below(&mut self, id: tatu_object, link: &str) -> Result {
-        for &child in &self.scene.ids {
-            if self.turn.get(child, self.p.parent)?.as_object() == Some(id)
-                && !self.scene.robots.iter().any(|r| r.base == child)
-            {
+        for child in self.children.get(&id).cloned().unwrap_or_default() {
+            if !self.scene.robots.iter().any(|r| r.base == child) {
                 self.object(child, link, &self.turn.f64s(child, self.p.pose)?)?;
             }
         }
@@ -65,8 +78,12 @@ impl Writer<'_> {
 
     fn joint(&mut self, id: tatu_object, link: &str, at: &Pose) -> Result {
         let known = self.robot.joints.iter().find(|(joint, _)| *joint == id).map(|(_, name)| name.clone());
-        let name = known.map_or_else(|| self.name(id), Ok)?;
-        let moved = format!("{}_link", self.name(id)?);
+        let name = match known {
+            // As in `joint_states`.
+            Some(name) => name,
+            None => self.name(id, "")?,
+        };
+        let moved = self.name(id, "_link")?;
         let kind = self.turn.get(id, self.p.joint_type)?.as_str().unwrap_or_default().into_owned();
         let limits = self.turn.get(id, self.p.joint_limits).ok().and_then(|v| v.array::<2>());
         let cyclic = self.turn.get(id, self.p.joint_cyclic).is_ok_and(|v| v.truthy());
@@ -144,10 +161,18 @@ impl Writer<'_> {
         Ok(())
     }
 
-    /// Returns the name of a link, which no other one has.
-    fn name(&self, id: tatu_object) -> Result<String> {
+    /// Returns a name for what belongs to an object, which nothing else has.
+    fn name(&mut self, id: tatu_object, end: &str) -> Result<String> {
         let name = ros_name(&self.turn.get(id, self.p.name)?.as_str().unwrap_or_default());
-        Ok(format!("{}{name}", self.robot.prefix))
+        Ok(self.free(format!("{}{name}{end}", self.robot.prefix)))
+    }
+
+    /// Takes a name, with a number behind it if it is taken.
+    fn free(&mut self, name: String) -> String {
+        let numbered = (2..).map(|n| format!("{name}_{n}"));
+        let found = [name.clone()].into_iter().chain(numbered).find(|n| !self.names.contains(n)).unwrap_or(name);
+        self.names.insert(found.clone());
+        found
     }
 }
 

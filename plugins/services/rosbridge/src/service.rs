@@ -46,6 +46,8 @@ pub(crate) struct State {
     pub(crate) peers: Peers,
     pub(crate) relay: Relay,
     pub(crate) params: BTreeMap<String, String>,
+    /// Names of those that describe robots.
+    described: Vec<String>,
     pub(crate) scene: Scene,
     pub(crate) topics: BTreeMap<String, Topic>,
     /// For each topic, the measurement count at which it was last published.
@@ -125,6 +127,7 @@ impl Service for Rosbridge {
             peers: Peers::new(),
             relay: Relay::default(),
             params: BTreeMap::from([(SIM_TIME.to_owned(), "true".to_owned())]),
+            described: Vec::new(),
             scene: Scene::default(),
             topics: BTreeMap::new(),
             told: BTreeMap::new(),
@@ -232,11 +235,14 @@ impl State {
 
     /// Keeps the descriptions of the robots as parameters: `/robot_description` of the only one, or `/NAME/robot_description`.
     fn describe(&mut self, turn: &Turn<'_>, p: &Props) -> Result {
-        self.params.retain(|name, _| !name.ends_with(DESCRIPTION));
+        for name in std::mem::take(&mut self.described) {
+            self.params.remove(&name);
+        }
         for robot in &self.scene.robots {
             let name = format!("/{}{DESCRIPTION}", robot.prefix);
             let urdf = description::urdf(turn, p, &self.scene, robot)?;
-            self.params.insert(name, serde_json::Value::String(urdf).to_string());
+            self.params.insert(name.clone(), serde_json::Value::String(urdf).to_string());
+            self.described.push(name);
         }
         Ok(())
     }

@@ -4,10 +4,10 @@
 import { failure } from "tatu/calls";
 import { choose } from "tatu/dialogs";
 import { get, make } from "tatu/dom";
-import { edit, limit, limited } from "tatu/edits";
+import { edit, known, limit, limited } from "tatu/edits";
 import { filmAlways, lastFilm, nameFor } from "tatu/filming";
 import { floating } from "tatu/floating";
-import { on, send } from "tatu/net";
+import { call, on, send } from "tatu/net";
 import { line } from "tatu/output";
 import { gone, isOpen, offer, openPane } from "tatu/panes";
 import { rights, scene, watch } from "tatu/store";
@@ -42,7 +42,7 @@ function tell(thrown) {
 /** The goals before a run: what stands before the colon of a line, or the line. */
 function planned() {
   const lines = (exercise?.goals ?? "").split(/\r?\n/).map((l) => l.trim()).filter(Boolean);
-  return lines.map((l) => ({ text: l.match(/^([^:]*):\s/)?.[1] ?? l, state: /** @type {const} */ ("open"), time: -1 }));
+  return lines.map((l) => ({ text: l.match(/^(.*):\s/)?.[1] ?? l, state: /** @type {const} */ ("open"), time: -1 }));
 }
 
 function apply() {
@@ -125,7 +125,11 @@ async function write() {
   // The person who writes it goes on building; the limits hold when the scene is opened again.
   lifted = true;
   try {
-    if (exercise) await edit("Change exercise", [["tatu.set", exercise.object, "object.data", data]]);
+    if (exercise) {
+      // Other data of the object stay.
+      const [before] = await call("tatu.get", exercise.object, "object.data");
+      await edit("Change exercise", [["tatu.set", exercise.object, "object.data", { ...before, ...data }]]);
+    }
     else {
       const script = await (await fetch("/page/exercise.lua")).text();
       const entries = Object.entries(data).map(([tag, text]) => `${quoted(tag)} = ${quoted(text)}`).join(", ");
@@ -203,7 +207,7 @@ function scripts() {
 
 /** Saves what a student has done: scripts, the film and the goals of the last run. */
 async function handIn() {
-  const film = await lastFilm();
+  const film = known.state === "stopped" ? await lastFilm() : null;
   if (!film) {
     line("Status", "There is nothing to hand in yet: run the simulation, and stop it, first", "warning");
     return;

@@ -22,16 +22,21 @@ local function position(o)
     return sim.getObjectPosition(o, -1)
 end
 
+-- A number of a line, or an error that names the goal.
+local function amount(text, line)
+    return tonumber(text) or error('the goal "' .. line .. '": ' .. text .. ' is no number', 0)
+end
+
 -- Kinds of conditions: a pattern, and what makes a function of its captures that says whether the condition holds.
 local conditions = {
     {'^(/%S+) within ([%d.]+) m of (/%S+)$', function(line, a, reach, b)
-        a, b, reach = object(a, line), object(b, line), tonumber(reach)
+        a, b, reach = object(a, line), object(b, line), amount(reach, line)
         return function()
             return distance(position(a), position(b)) <= reach
         end
     end},
     {'^(/%S+) goes ([%d.]+) m$', function(line, a, way)
-        a, way = object(a, line), tonumber(way)
+        a, way = object(a, line), amount(way, line)
         local gone, last = 0, position(a)
         return function()
             local now = position(a)
@@ -40,14 +45,16 @@ local conditions = {
         end
     end},
     {'^(/%S+) touches (/%S+)$', function(line, a, b)
-        object(a, line)
-        object(b, line)
+        a, b = object(a, line), object(b, line)
         local touched = false
-        local function below(path, top)
-            return path == top or path:sub(1, #top + 1) == top .. '/'
+        local function below(o, top)
+            while o ~= -1 and o ~= top do
+                o = sim.getObjectParent(o)
+            end
+            return o == top
         end
         tatu.on('collision', function(e)
-            touched = touched or below(e.a_path, a) and below(e.b_path, b) or below(e.a_path, b) and below(e.b_path, a)
+            touched = touched or below(e.a, a) and below(e.b, b) or below(e.a, b) and below(e.b, a)
         end)
         return function()
             local now = touched
@@ -56,30 +63,33 @@ local conditions = {
         end
     end},
     {'^(/%S+) ([%l_]+%.[%l_]+)%.?([xyz]?) ([<>]) (-?[%d.]+)$', function(line, a, key, part, sign, bound)
-        a, bound = object(a, line), tonumber(bound)
+        a, bound = object(a, line), amount(bound, line)
         local index = part ~= '' and part:byte() - ('x'):byte() + 1
+        local function value()
+            local all = tatu.get(a, key)
+            return index and type(all) == 'table' and all[index] or all
+        end
+        if type(value()) ~= 'number' then
+            error('the goal "' .. line .. '": ' .. key .. ' is no number, and needs .x, .y or .z if it is a list', 0)
+        end
         return function()
-            local value = tatu.get(a, key)
-            if index then
-                value = value[index]
-            end
             if sign == '<' then
-                return value < bound
+                return value() < bound
             end
-            return value > bound
+            return value() > bound
         end
     end},
 }
 
 -- A goal of a line: `[TEXT:] [never] CONDITION [for S s] [before S s]`.
 local function read(line)
-    local text, rest = line:match('^([^:]*):%s+(.+)$')
+    local text, rest = line:match('^(.*):%s+(.+)$')
     local goal = {text = text or line, state = 'open', since = nil}
     rest = rest or line
     local function take(pattern)
         local before, number = rest:match(pattern)
         rest = before or rest
-        return tonumber(number)
+        return number and amount(number, line)
     end
     goal.before = take('^(.-)%s+before ([%d.]+) s$')
     goal.during = take('^(.-)%s+for ([%d.]+) s$')

@@ -6,7 +6,7 @@ import { get } from "tatu/dom";
 import { known } from "tatu/edits";
 import { ask, on } from "tatu/net";
 import { line } from "tatu/output";
-import { rights } from "tatu/store";
+import { rights, scene, watch } from "tatu/store";
 import { download } from "tatu/table";
 
 const button = get("film", HTMLButtonElement);
@@ -35,7 +35,8 @@ function begin() {
 /** Ends a recording; a promise of the film, null: nothing ran. */
 async function end() {
   try {
-    const [page] = await ask({ type: "film", on: false }, "the film");
+    const [page, full] = await ask({ type: "film", on: false }, "the film");
+    if (typeof full === "number") line("Status", `The film ends at ${full.toFixed(1)} s: it became too large`, "warning");
     if (typeof page !== "string") return null;
     return new Blob([Uint8Array.from(atob(page), (c) => c.charCodeAt(0))], { type: "text/html" });
   } catch (thrown) {
@@ -96,6 +97,7 @@ button.onclick = async () => {
   else await end();
 };
 on("event", ({ name }) => { if (name === "stopped" && (filming || always)) finishing = finish(); });
+watch("scene", () => { if (scene.another) last = null; });
 // The program forgets what was asked for over a connection that is lost.
 on("again", () => {
   filming = false;

@@ -59,7 +59,7 @@ export function movable(box, bar, moved = () => {}) {
     const [x, y] = [e.clientX - box.offsetLeft, e.clientY - box.offsetTop];
     bar.setPointerCapture(e.pointerId);
     bar.onpointermove = (m) => put(box, m.clientX - x, m.clientY - y);
-    bar.onpointerup = () => {
+    bar.onpointerup = bar.onpointercancel = () => {
       bar.onpointermove = null;
       moved();
     };
@@ -88,7 +88,9 @@ export function floating({ key, title: text, width, height, closed }) {
   box.append(bar, body);
 
   const store = `tatu window ${key}`;
-  const keep = () => localStorage.setItem(store, [box.offsetLeft, box.offsetTop, box.offsetWidth, box.offsetHeight].join(" "));
+  const keep = () => {
+    if (box.offsetWidth) localStorage.setItem(store, [box.offsetLeft, box.offsetTop, box.offsetWidth, box.offsetHeight].join(" "));
+  };
   const [x, y, w, h] = (localStorage.getItem(store) ?? "").split(" ").map(Number);
   box.style.width = `${w || width}px`;
   if (h ?? height) box.style.height = `${h ?? height}px`;

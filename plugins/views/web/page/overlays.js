@@ -245,5 +245,5 @@ menu.addEventListener("keydown", (e) => {
 });
 addEventListener("pointerdown", (e) => {
   if (!menu.hidden && e.target instanceof Node && !menu.contains(e.target) && !button.contains(e.target)) show(false);
-});
+}, true);
 mark();

@@ -11,7 +11,7 @@ import { scene, watch } from "tatu/store";
  */
 /** Opens a window, null: what it would show is not there. @typedef {(spec: any) => Pane | null} Opener */
 
-/** @type {Map<string, Opener>} */
+/** @type {Map<string, { opener: Opener, identity: (spec: any) => string }>} */
 const openers = new Map();
 /** @type {Set<Pane>} */
 const open = new Set();
@@ -19,12 +19,22 @@ const open = new Set();
 let quiet = false;
 
 /**
- * Offers a kind of window.
+ * Offers a kind of window. Two with the same `identity` are one.
  * @param {string} kind
  * @param {Opener} opener
+ * @param {(spec: any) => string} [identity]
  */
-export function offer(kind, opener) {
-  openers.set(kind, opener);
+export function offer(kind, opener, identity = JSON.stringify) {
+  openers.set(kind, { opener, identity });
+}
+
+/**
+ * @param {string} kind
+ * @param {unknown} spec
+ */
+function find(kind, spec) {
+  const identity = openers.get(kind)?.identity ?? JSON.stringify;
+  return [...open].find((p) => p.kind === kind && identity(p.spec) === identity(spec));
 }
 
 /** @returns {string} */
@@ -47,7 +57,7 @@ export function remember() {
  */
 export function openPane(kind, spec) {
   if (isOpen(kind, spec)) return;
-  const pane = openers.get(kind)?.(spec);
+  const pane = openers.get(kind)?.opener(spec);
   if (!pane) return;
   open.add(pane);
   remember();
@@ -58,7 +68,7 @@ export function openPane(kind, spec) {
  * @param {unknown} spec
  */
 export function isOpen(kind, spec) {
-  return [...open].some((p) => p.kind === kind && JSON.stringify(p.spec) === JSON.stringify(spec));
+  return find(kind, spec) !== undefined;
 }
 
 /**
@@ -67,7 +77,7 @@ export function isOpen(kind, spec) {
  * @param {unknown} spec
  */
 export function toggle(kind, spec) {
-  const known = [...open].find((p) => p.kind === kind && JSON.stringify(p.spec) === JSON.stringify(spec));
+  const known = find(kind, spec);
   if (known) known.close();
   else openPane(kind, spec);
 }

@@ -49,10 +49,13 @@ export function plotRow(object, row, anew = false) {
   const [path, n] = [pathOf(object), countOf(row)];
   const slides = scene.objects.get(object)?.joint?.type === "prismatic";
   const { text: unit, factor } = unitOf(row.unit, slides);
+  // Two objects of one name are told apart by their paths.
   const alias = scene.objects.get(object)?.alias ?? "";
+  const several = [...scene.objects.values()].filter((o) => o.alias === alias).length > 1;
+  const called = several ? path : alias;
   const parts = partsOf(row.key, n);
   const curves = Array.from({ length: n }, (_, index) => {
-    const name = `${alias} ${nameOf(row.key).toLowerCase()}${n > 1 ? ` ${parts[index]}` : ""}`;
+    const name = `${called} ${nameOf(row.key).toLowerCase()}${n > 1 ? ` ${parts[index]}` : ""}`;
     return { object: path, key: row.key, index, name, unit, factor };
   });
   if (anew || !current) {
@@ -60,8 +63,9 @@ export function plotRow(object, row, anew = false) {
     openPane("plot", spec);
     return;
   }
-  const known = new Set(current.spec.curves.map((c) => c.name));
-  current.spec.curves.push(...curves.filter((c) => !known.has(c.name)));
+  const same = (/** @type {Shown} */ a, /** @type {Shown} */ b) => a.object === b.object && a.key === b.key && a.index === b.index;
+  const { spec } = current;
+  spec.curves.push(...curves.filter((c) => !spec.curves.some((known) => same(known, c))));
   current.update();
   remember();
 }
@@ -224,7 +228,7 @@ function openPlot(spec) {
   update();
   return pane;
 }
-offer("plot", openPlot);
+offer("plot", openPlot, (spec) => spec.graph || String(spec.n));
 
 /** @param {string} hex */
 function rgb(hex) {

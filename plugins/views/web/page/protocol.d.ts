@@ -321,7 +321,11 @@ acts: boolean,
 /**
  * A view-only address for other clients.
  */
-look?: string, speed: number, } | { "type": "scene", file: string, dt: number, objects: Array<SceneObject>, scripts: Array<Script>,
+look?: string, speed: number, } | { "type": "scene", file: string,
+/**
+ * The number of the scene among those that the program has opened: the same file may be opened again.
+ */
+opened: number, dt: number, objects: Array<SceneObject>, scripts: Array<Script>,
 /**
  * What was noted when the scene was read, such as what an importer left out.
  */

@@ -3,6 +3,7 @@
 
 import { cameraSpec } from "tatu/camera_pane";
 import { make } from "tatu/dom";
+import { known } from "tatu/edits";
 import { floating } from "tatu/floating";
 import { icon } from "tatu/icons";
 import { on } from "tatu/net";
@@ -49,11 +50,7 @@ on("readings", ({ readings }) => {
 });
 // What was read before a reset or in another scene is no longer true.
 const forget = () => last.clear();
-let running = false;
-on("event", ({ name }) => {
-  if (name === "stopped") forget();
-  if (name === "stopped" || name === "started") running = name === "started";
-});
+on("event", ({ name }) => { if (name === "stopped") forget(); });
 watch("scene", () => { if (scene.another) forget(); });
 
 function openSensors() {
@@ -66,6 +63,7 @@ function openSensors() {
   /** @type {Map<number, HTMLElement>} */
   const cells = new Map();
   let due = false;
+  let listed = "";
   /** The forces of force sensors, which have no readings. @type {Series[]} */
   let felt = [];
 
@@ -73,9 +71,13 @@ function openSensors() {
     const all = [...scene.objects.values()];
     const forces = all.filter((o) => o.kind === "force_sensor");
     const sensors = [...all.filter((o) => o.kind === "sensor"), ...forces];
+    const now = JSON.stringify(sensors.map((o) => [o.id, o.alias, o.sensor, o.schema]));
+    if (now === listed) return;
+    listed = now;
     cells.clear();
-    felt.forEach(unwatch);
+    const before = felt;
     felt = forces.slice(0, MOST_FORCES).map((o) => watchValue(o.id, "force_sensor.force"));
+    before.forEach(unwatch);
     body.replaceChildren(...sensors.map((o) => {
       const row = make("tr");
       const name = make("button", { type: "button", className: "link", textContent: o.alias, title: o.alias, onclick: () => select(o.id) });
@@ -110,7 +112,7 @@ function openSensors() {
       if (cell.textContent !== text) cell.textContent = text;
     }
     for (const { object, numbers } of felt) {
-      const force = running ? numbers.at(-1)?.map((x) => x ?? 0) : undefined;
+      const force = known.state !== "stopped" ? numbers.at(-1)?.map((x) => x ?? 0) : undefined;
       const cell = cells.get(object);
       if (cell) cell.textContent = force?.length ? `${short(Math.hypot(...force))} N` : "\u2014";
     }

@@ -47,7 +47,7 @@ function splitter(side, name) {
     bar.classList.add("going");
     const box = main.getBoundingClientRect();
     bar.onpointermove = (m) => set(side === "left" ? m.clientX - box.left : box.right - m.clientX);
-    bar.onpointerup = () => {
+    bar.onpointerup = bar.onpointercancel = () => {
       bar.onpointermove = null;
       bar.classList.remove("going");
     };

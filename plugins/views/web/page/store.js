@@ -8,14 +8,14 @@ import { want } from "tatu/wants";
 /** @import { SceneObject, Script } from "tatu/protocol" */
 /**
  * The scene; `another`: it is not the one that was there before.
- * @typedef {{ file: string, another: boolean, dt: number, objects: Map<number, SceneObject>, scripts: Script[] }} Scene
+ * @typedef {{ file: string, opened: number, another: boolean, dt: number, objects: Map<number, SceneObject>, scripts: Script[] }} Scene
  */
 
 /**
  * The scene as it was sent, and its objects by handle.
  * @type {Scene}
  */
-export const scene = { file: "", another: true, dt: 0.05, objects: new Map(), scripts: [] };
+export const scene = { file: "", opened: -1, another: true, dt: 0.05, objects: new Map(), scripts: [] };
 /** Whether this page may act. */
 export const rights = { acts: true };
 
@@ -139,8 +139,8 @@ function name() {
   get("name").textContent = scene.file.split(/[\\/]/).pop() || "no scene";
 }
 
-on("scene", ({ file, dt, objects, scripts }) => {
-  Object.assign(scene, { file, another: file !== scene.file, dt, scripts, objects: new Map(objects.map((o) => [o.id, o])) });
+on("scene", ({ file, opened, dt, objects, scripts }) => {
+  Object.assign(scene, { file, another: file !== scene.file || opened !== scene.opened, opened, dt, scripts, objects: new Map(objects.map((o) => [o.id, o])) });
   name();
   for (const f of watchers.scene) f(scene);
   const left = chosen.filter((id) => scene.objects.has(id));

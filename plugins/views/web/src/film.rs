@@ -15,8 +15,11 @@ use tatu_plugin_api::{
 use crate::{
     film_page,
     plugin::{Props, WebPage},
-    recorder::{EVENTS, MOST, Recorder},
+    recorder::{EVENTS, Recorder},
 };
+
+/// Most compressed bytes of a recording.
+const MOST: usize = 500 << 20;
 
 /// The service.
 pub struct Film {
@@ -42,7 +45,7 @@ impl Service for Film {
         // Report before the run starts if the file cannot be written.
         let made = File::options().append(true).create(true).open(&file);
         made.map_err(|e| Fail::new(format!("the file `{}` could not be created: {e}", file.display())))?;
-        Ok(Film { p: plugin.p, session, file, recorder: RefCell::default() })
+        Ok(Film { p: plugin.p, session, file, recorder: RefCell::new(Recorder::new(MOST)) })
     }
 
     fn barrier(&self, turn: &Turn<'_>, step: u64) -> Result<Answer> {

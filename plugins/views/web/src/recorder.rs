@@ -22,8 +22,6 @@ use crate::{
 /// Simulation time between recorded readings, and between drawings, s.
 const READINGS: f64 = 0.1;
 const DRAWINGS: f64 = 1.0;
-/// Most compressed bytes of a recording; later messages are dropped, and that is reported.
-pub const MOST: usize = 500 << 20;
 /// Events that are recorded.
 pub const EVENTS: &[&str] = &["message", "console", "script_error", "started", "stopped"];
 
@@ -41,10 +39,17 @@ pub struct Recorder {
     /// Number of steps at the last recorded frame.
     step: Option<u64>,
     time: f64,
+    /// Most compressed bytes; later messages are dropped, and that is reported.
+    most: usize,
     full: bool,
 }
 
 impl Recorder {
+    /// Creates a recorder of at most so many compressed bytes.
+    pub fn new(most: usize) -> Self {
+        Recorder { most, ..Recorder::default() }
+    }
+
     /// Appends an event; a start begins the recording anew.
     pub fn event(&mut self, turn: &Turn<'_>, p: &Props, name: &str, payload: ValueRef<'_>) {
         if name == "started" {
@@ -72,7 +77,8 @@ impl Recorder {
     }
 
     fn begin(&mut self) {
-        *self = Recorder { records: Some(GzEncoder::new(Vec::new(), Compression::default())), ..Recorder::default() };
+        let records = Some(GzEncoder::new(Vec::new(), Compression::default()));
+        *self = Recorder { records, ..Recorder::new(self.most) };
         self.at = [f64::NEG_INFINITY; 2];
     }
 
@@ -86,7 +92,7 @@ impl Recorder {
         let head = [&(bytes.len() as u32).to_le_bytes()[..], &self.time.to_le_bytes(), &[kind]].concat();
         // Writing into memory cannot fail.
         let _ = records.write_all(&head).and_then(|()| records.write_all(bytes));
-        self.full = records.get_ref().len() > MOST;
+        self.full = records.get_ref().len() > self.most;
     }
 
     /// Appends what has changed in a step.
@@ -131,7 +137,7 @@ impl Recorder {
 
     /// Reads the current scene and the sources of its scripts.
     fn scene(&mut self, turn: &Turn<'_>, p: &Props) -> Result {
-        self.whole = scene::read(turn, p)?;
+        self.whole = scene::read(turn, p, 0)?;
         self.changes.begin(turn, p, &self.whole)?;
         self.sent = Sent::default();
         self.known.clear();

@@ -92,8 +92,8 @@ impl Whole {
 /// Messages of meshes and of images on surfaces, by their hash.
 pub type Assets = BTreeMap<String, Message>;
 
-/// Reads the whole scene.
-pub fn read(turn: &Turn<'_>, p: &Props) -> Result<Whole> {
+/// Reads the whole scene, the `opened`-th since the start of the service.
+pub fn read(turn: &Turn<'_>, p: &Props, opened: u32) -> Result<Whole> {
     let mut whole = Whole { ids: turn.list(0, 0, 0)?, ..Default::default() };
     let mut assets = Assets::new();
     let mut objects = Vec::new();
@@ -111,7 +111,8 @@ pub fn read(turn: &Turn<'_>, p: &Props) -> Result<Whole> {
     let scripts = scripts_of(turn, p, turn.scripts(0)?.into_iter().filter(of_scene))?;
     let notes = turn.get(0, p.notes)?;
     let notes = notes.list().unwrap_or_default().iter().map(|v| text(*v)).collect();
-    let scene = ToPage::Scene { file: text(turn.get(0, p.file)?), dt: turn.f64(0, p.dt)?, objects, scripts, notes };
+    let (file, dt) = (text(turn.get(0, p.file)?), turn.f64(0, p.dt)?);
+    let scene = ToPage::Scene { file, opened, dt, objects, scripts, notes };
     whole.messages = assets.into_values().collect();
     whole.messages.push(scene.message());
     Ok(whole)

@@ -46,6 +46,8 @@ const MOST_MESSAGE: usize = 4 << 20;
 /// Most messages processed per turn, of a client with control rights and of one with view rights.
 const AT_ONCE: usize = 500;
 const LOOKS_AT_ONCE: usize = 20;
+/// Most compressed bytes of a film for a client, to which it is sent in base64 as one message.
+const MOST_FILM: usize = 64 << 20;
 /// Most images and graphs that a client shows at a time.
 const MOST_SHOWN: usize = 8;
 /// Most lines of output that a new client receives.
@@ -66,8 +68,9 @@ pub(crate) struct State {
     pub(crate) last_round: Option<Instant>,
     /// Whether clients know newer objects than the messages in `whole`.
     pub(crate) is_old: bool,
-    /// Index of the world whose scene was read.
+    /// Index of the world whose scene was read, and how many scenes were opened before it.
     pub(crate) world: usize,
+    pub(crate) opened_before: u32,
     /// The newest lines of the status bar and the consoles.
     pub(crate) lines: Vec<Message>,
     pub(crate) windows: Windows,
@@ -86,8 +89,6 @@ pub(crate) struct State {
     pub(crate) lists: Lists,
     pub(crate) recent: Recent,
     pub(crate) edits: Known,
-    /// The film that a client is making.
-    pub(crate) film: Option<Recorder>,
     /// The file that passes the address to a browser, until the browser connects.
     pub(crate) opened: Option<Opened>,
 }
@@ -103,6 +104,8 @@ pub(crate) struct Guest {
     pub(crate) graphs: Vec<u32>,
     /// The values that it watches.
     pub(crate) watch: Watch,
+    /// The film that it is making.
+    pub(crate) film: Option<Recorder>,
     /// What it draws over the scene.
     pub(crate) overlays: Wanted,
     /// Whether it had not received everything yet when this round of messages began.
@@ -174,6 +177,7 @@ impl Service for Web {
             last_round: None,
             is_old: false,
             world: 0,
+            opened_before: 0,
             lines: Vec::new(),
             windows: Windows::default(),
             pace: Pace::new(params.f64("speed")?, session),
@@ -189,7 +193,6 @@ impl Service for Web {
             lists: Lists::default(),
             recent: Recent::of_user(),
             edits: Known::default(),
-            film: None,
             opened,
         };
         Ok(Web { p: plugin.p, state: RefCell::new(state) })
@@ -223,8 +226,9 @@ impl Service for Web {
 
     fn event(&self, turn: &Turn<'_>, name: &str, payload: ValueRef<'_>) {
         let Ok(mut state) = self.state() else { return };
-        if let Some(film) = state.film.as_mut().filter(|_| EVENTS.contains(&name)) {
-            film.event(turn, &self.p, name, payload);
+        if EVENTS.contains(&name) {
+            let films = state.guests.iter_mut().filter_map(|g| g.film.as_mut());
+            films.for_each(|film| film.event(turn, &self.p, name, payload));
         }
         if matches!(name, edits::EVENT | "stopped") {
             state.edits.changed();
@@ -259,8 +263,10 @@ impl Web {
     }
 }
 
-/// Returns as many of the objects as a client may show at a time.
+/// Returns as many of the objects as a client may show at a time, each once.
 fn few(mut objects: Vec<u32>) -> Vec<u32> {
+    objects.sort_unstable();
+    objects.dedup();
     objects.truncate(MOST_SHOWN);
     objects
 }
@@ -271,11 +277,13 @@ impl State {
         if turn.state() == TATU_STOPPED {
             return Ok(());
         }
-        if let Some(film) = &mut self.film {
-            film.look(turn, p, step)?;
-        }
         let time = turn.f64(0, p.time)?;
-        self.guests.iter_mut().for_each(|g| g.watch.look(turn, time));
+        for guest in &mut self.guests {
+            guest.watch.look(turn, time);
+            if let Some(film) = &mut guest.film {
+                film.look(turn, p, step)?;
+            }
+        }
         Ok(())
     }
 
@@ -299,6 +307,7 @@ impl State {
                 images: Vec::new(),
                 graphs: Vec::new(),
                 watch: Watch::default(),
+                film: None,
                 overlays: Wanted::default(),
                 waits: false,
                 missed: true,
@@ -435,14 +444,17 @@ impl State {
             FromPage::Picture { scene, png } => acts::picture(&self.recent, &scene, &png)?,
             FromPage::Film { id, on: true } => {
                 film_page::check()?;
-                self.film.get_or_insert_default();
+                guest.film.get_or_insert_with(|| Recorder::new(MOST_FILM));
                 return Ok(Some(ToPage::Result { of: id, results: Vec::new() }));
             }
             FromPage::Film { id, on: false } => {
-                let recording = self.film.take().and_then(|mut film| film.finish()).transpose();
+                let Some(mut film) = guest.film.take() else {
+                    return Ok(Some(ToPage::Result { of: id, results: vec![Json::Null, Json::Null] }));
+                };
+                let recording = film.finish().transpose();
                 let recording = recording.map_err(|e| Fail::new(format!("the film could not be made: {e}")))?;
-                let page = recording.map(|bytes| json!(STANDARD.encode(film_page::page(&bytes))));
-                return Ok(Some(ToPage::Result { of: id, results: vec![page.unwrap_or(Json::Null)] }));
+                let page = recording.map(|bytes| STANDARD.encode(film_page::page(&bytes)));
+                return Ok(Some(ToPage::Result { of: id, results: vec![json!(page), json!(film.full_at())] }));
             }
             FromPage::Call { id, name, args } => {
                 self.last_round = None;

@@ -46,7 +46,7 @@ impl State {
             self.show_changes(turn, p, now)?;
         }
         if self.is_old && self.guests.iter().any(|g| !g.whole) {
-            self.whole = scene::read(turn, p)?;
+            self.whole = scene::read(turn, p, self.opened_before)?;
             self.is_old = false;
         }
         for guest in self.guests.iter_mut().filter(|g| !g.whole) {
@@ -72,7 +72,10 @@ impl State {
 
     /// Reads the scene, for all clients.
     fn read_scene(&mut self, turn: &Turn<'_>, p: &crate::plugin::Props) -> Result {
-        self.whole = scene::read(turn, p)?;
+        if self.world != turn.raw().ptr().addr() {
+            self.opened_before += 1;
+        }
+        self.whole = scene::read(turn, p, self.opened_before)?;
         self.changes.begin(turn, p, &self.whole)?;
         self.edits.look_again();
         if let Some(file) = turn.get(0, p.file)?.as_str() {

@@ -55,8 +55,8 @@ pub(crate) enum FromPage {
     Watch { of: u32, values: Vec<Watched> },
     /// Requests what is drawn over the scene from now on: contacts, and of bodies centres of mass and velocities.
     Overlays { contacts: bool, bodies: bool },
-    /// Begins to film, from the next start on, or now during a run; or ends it, with the film as a page in base64 as the
-    /// answer, or null if nothing ran.
+    /// Begins to film, from the next start on, or now during a run; or ends it. The answer to the latter is the film as a
+    /// page in base64, or null if nothing ran, and the time at which it became too large, or null.
     Film { id: u32, on: bool },
     /// Requests the list of all commands.
     Commands {},

@@ -29,6 +29,8 @@ pub(crate) enum ToPage {
     /// The scene as a whole.
     Scene {
         file: String,
+        /// The number of the scene among those that the program has opened: the same file may be opened again.
+        opened: u32,
         dt: f64,
         objects: Vec<Object>,
         scripts: Vec<Script>,
