@@ -59,7 +59,7 @@ fn picture_of_windows() {
     let mut page = Page::open(&browser(), &format!("{}#select=Pioneer_p3dx", served.url));
     page.send(
         "Emulation.setDeviceMetricsOverride",
-        json!({ "width": 1280, "height": 720, "deviceScaleFactor": 1, "mobile": false }),
+        json!({ "width": 1366, "height": 690, "deviceScaleFactor": 1, "mobile": false }),
     );
     page.until("document.querySelectorAll('#rows .row').length > 20");
     let open = "Promise.all(['panes', 'camera_pane', 'store'].map((m) => import('tatu/' + m))).then(([p, c, s]) => { \
@@ -70,7 +70,7 @@ fn picture_of_windows() {
     page.click("#play");
     page.until("(document.getElementById('time')?.textContent ?? '').includes(':08.')");
     page.click("#pause");
-    std::fs::write(root().join("docs/images/windows.png"), small(&page.picture([1280, 720]))).unwrap();
+    std::fs::write(root().join("docs/images/windows.png"), small(&page.picture([1366, 690]))).unwrap();
 }
 
 #[test]
