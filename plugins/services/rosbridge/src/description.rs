@@ -12,7 +12,7 @@ use tatu_plugin_api::{
 
 use crate::{
     Props,
-    poses::{Pose, seen_from},
+    poses::{HERE, Pose, seen_from, then},
     robots::{Robot, Scene, ros_name},
 };
 
@@ -33,7 +33,7 @@ pub fn urdf(turn: &Turn<'_>, p: &Props, scene: &Scene, robot: &Robot) -> Result<
     let names = BTreeSet::from([root.clone()]);
     let mut out = Writer { turn, p, scene, robot, children, names, text: String::new() };
     let _ = writeln!(out.text, "<?xml version=\"1.0\"?>\n<robot name=\"{}\">\n  <link name=\"{root}\"/>", robot.name);
-    let base = seen_from(&robot.link(), &[0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0]);
+    let base = seen_from(&robot.link(), &HERE);
     out.object(robot.base, &root, &base)?;
     out.text += "</robot>\n";
     Ok(out.text)
@@ -196,7 +196,7 @@ fn geometry(part: ValueRef<'_>) -> Option<(Pose, String)> {
                 }
             }
             let middle: [f64; 3] = std::array::from_fn(|k| (low[k] + high[k]) / 2.0);
-            at = crate::poses::then(&at, &[middle[0], middle[1], middle[2], 0.0, 0.0, 0.0, 1.0]);
+            at = then(&at, &[middle[0], middle[1], middle[2], 0.0, 0.0, 0.0, 1.0]);
             (at, sized(std::array::from_fn(|k| high[k] - low[k])))
         }
         (_, Some(size)) => (at, sized(size)),

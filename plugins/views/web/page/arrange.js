@@ -2,7 +2,8 @@
 // Aligning, spreading and assembling what is selected.
 
 import * as THREE from "three";
-import { isBelow, reparent, tell, tops } from "tatu/clipboard";
+import { isBelow, reparent, tops } from "tatu/clipboard";
+import { tell } from "tatu/output";
 import { get, make } from "tatu/dom";
 import { edit, named } from "tatu/edits";
 import { groups, root } from "tatu/objects";

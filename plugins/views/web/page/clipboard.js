@@ -1,21 +1,14 @@
 // @ts-check
 // What is done to the selection: delete, copy, cut, paste, duplicate, attach.
 
-import { failure } from "tatu/calls";
 import { edit, named, together } from "tatu/edits";
-import { line } from "tatu/output";
+import { line, tell } from "tatu/output";
 import { groundAt, pointer } from "tatu/pointing";
 import { rights, scene, selectAll, selectWhenThere, selection, under } from "tatu/store";
 import { worldPosition } from "tatu/view";
 
 /** What was copied or cut: the tops, without what is below them. */
 let held = { ids: /** @type {number[]} */ ([]), cut: false };
-
-/** @param {unknown} thrown */
-export function tell(thrown) {
-  const { error, help } = failure(thrown);
-  line("Status", help ? `${error} (${help})` : error, "error");
-}
 
 /**
  * Whether an object is below another one.

@@ -5,7 +5,7 @@ import { failure } from "tatu/calls";
 import { ask as question } from "tatu/dialogs";
 import { get } from "tatu/dom";
 import { ask, on, send } from "tatu/net";
-import { line } from "tatu/output";
+import { line, tell } from "tatu/output";
 import { guard } from "tatu/saving";
 import { rights, scene, watch } from "tatu/store";
 import { resolve } from "tatu/versions";
@@ -169,9 +169,8 @@ async function put(script, text, from) {
     line("Status", `${script.name || "Script"}: the new text is in the scene`);
     return true;
   } catch (thrown) {
-    const { error, help } = failure(thrown);
-    mark(error);
-    line("Status", help ? `${error} (${help})` : error, "error");
+    mark(failure(thrown).error);
+    tell(thrown);
     return false;
   }
 }

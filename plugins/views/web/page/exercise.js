@@ -1,14 +1,13 @@
 // @ts-check
 // Exercises: a task with goals that a teacher writes into a scene, what a student may change, and one file to hand in.
 
-import { failure } from "tatu/calls";
 import { choose } from "tatu/dialogs";
 import { get, make } from "tatu/dom";
 import { edit, known, limit, limited } from "tatu/edits";
 import { filmAlways, lastFilm, nameFor } from "tatu/filming";
 import { floating } from "tatu/floating";
 import { call, on, send } from "tatu/net";
-import { line } from "tatu/output";
+import { line, tell } from "tatu/output";
 import { gone, isOpen, offer, openPane } from "tatu/panes";
 import { rights, scene, watch } from "tatu/store";
 import { download } from "tatu/table";
@@ -22,7 +21,6 @@ import { pack } from "tatu/zip";
 const ALIAS = /^Exercise\d*$/;
 const TAGS = /** @type {const} */ ({ task: "exercise.task", goals: "exercise.goals", change: "exercise.change" });
 const MARKS = { open: "\u25CB", reached: "\u2713", failed: "\u2717" };
-const WORDS = { open: "open", reached: "reached", failed: "failed" };
 
 /** @type {Exercise | null} */
 let exercise = null;
@@ -33,13 +31,7 @@ let lifted = false;
 /** @type {(() => void) | null} */
 let refresh = null;
 
-/** @param {unknown} thrown */
-function tell(thrown) {
-  const { error, help } = failure(thrown);
-  line("Status", help ? `${error} (${help})` : error, "error");
-}
-
-/** The goals before a run: what stands before the colon of a line, or the line. */
+/** The goals before a run: what stands before the last colon of a line, or the line. */
 function planned() {
   const lines = (exercise?.goals ?? "").split(/\r?\n/).map((l) => l.trim()).filter(Boolean);
   return lines.map((l) => ({ text: l.match(/^(.*):\s/)?.[1] ?? l, state: /** @type {const} */ ("open"), time: -1 }));
@@ -71,7 +63,7 @@ function openExercise() {
       const item = make("li", { className: state });
       const mark = make("span", { className: "mark", textContent: MARKS[state] });
       mark.setAttribute("role", "img");
-      mark.setAttribute("aria-label", WORDS[state]);
+      mark.setAttribute("aria-label", state);
       item.append(mark, make("span", { textContent: text }), make("small", { textContent: time >= 0 ? `${time.toFixed(2)} s` : "" }));
       return item;
     }));
@@ -129,8 +121,7 @@ async function write() {
       // Other data of the object stay.
       const [before] = await call("tatu.get", exercise.object, "object.data");
       await edit("Change exercise", [["tatu.set", exercise.object, "object.data", { ...before, ...data }]]);
-    }
-    else {
+    } else {
       const script = await (await fetch("/page/exercise.lua")).text();
       const entries = Object.entries(data).map(([tag, text]) => `${quoted(tag)} = ${quoted(text)}`).join(", ");
       const text = `format = 1\n[[object]]\nkind = "dummy"\nalias = "Exercise"\ndata = { ${entries} }\nscript = { text = ${quoted(script)} }\n`;

@@ -1,11 +1,10 @@
 // @ts-check
 // Films by a button: from the next start, or from now on during a run, until the stop; then the browser saves a page.
 
-import { failure } from "tatu/calls";
 import { get } from "tatu/dom";
 import { known } from "tatu/edits";
 import { ask, on } from "tatu/net";
-import { line } from "tatu/output";
+import { line, tell } from "tatu/output";
 import { rights, scene, watch } from "tatu/store";
 import { download } from "tatu/table";
 
@@ -15,12 +14,6 @@ let filming = false;
 let always = false;
 /** @type {Blob | null} */
 let last = null;
-
-/** @param {unknown} thrown */
-function tell(thrown) {
-  const { error, help } = failure(thrown);
-  line("Status", help ? `${error} (${help})` : error, "error");
-}
 
 function mark() {
   button.disabled = !rights.acts;

@@ -2,13 +2,12 @@
 // Files that come from outside: dropped on the page, or chosen. A folder, several files or an archive come together, and
 // the scene among them is opened.
 
-import { failure } from "tatu/calls";
 import { choose } from "tatu/dialogs";
 import { get, make } from "tatu/dom";
 import { edit } from "tatu/edits";
 import { openScene } from "tatu/gallery";
 import { ask, upload } from "tatu/net";
-import { line } from "tatu/output";
+import { line, tell } from "tatu/output";
 import { mayLeave } from "tatu/saving";
 import { rights, scene } from "tatu/store";
 import { unzip } from "tatu/zip";
@@ -21,12 +20,6 @@ const SCENE = /\.(toml|ttt|urdf)$/i;
 const ALONE = /\.(toml|ttt|ttm|urdf)$/i;
 /** Most files that come together. */
 const MOST = 1000;
-
-/** @param {unknown} thrown */
-function tell(thrown) {
-  const { error, help } = failure(thrown);
-  line("Status", help ? `${error} (${help})` : error, "error");
-}
 
 /**
  * The files below a dropped entry.

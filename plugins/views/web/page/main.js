@@ -33,7 +33,7 @@ import "tatu/volumes";
 import "tatu/drawings";
 import "tatu/overlays";
 import "tatu/editor";
-import "tatu/windows";
+import "tatu/script_windows";
 import "tatu/pane_menu";
 import "tatu/filming";
 import "tatu/exercise";

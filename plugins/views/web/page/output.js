@@ -1,6 +1,7 @@
 // @ts-check
 // The status line, which opens to all output: a tab for the status, and one for each console that scripts open.
 
+import { failure } from "tatu/calls";
 import { get, make } from "tatu/dom";
 import { icon } from "tatu/icons";
 import { on } from "tatu/net";
@@ -125,6 +126,15 @@ export function line(name, text, level = "") {
   }
 }
 
+/**
+ * Writes why something failed.
+ * @param {unknown} thrown
+ */
+export function tell(thrown) {
+  const { error, help } = failure(thrown);
+  line("Status", help ? `${error} (${help})` : error, "error");
+}
+
 on("event", ({ name, payload }) => {
   if (name === "message") line("Status", payload.text, payload.level);
   else if (name === "console") {
@@ -136,6 +146,6 @@ on("event", ({ name, payload }) => {
   else if (name === "stopped") line("Status", "simulation stopped: the scene is as it was");
 });
 on("again", clear);
-on("error", ({ error, help }) => line("Status", help ? `${error} (${help})` : error, "error"));
+on("error", tell);
 page("Status");
 unfold(localStorage.getItem(OPEN) === "1");

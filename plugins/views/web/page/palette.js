@@ -2,7 +2,7 @@
 // The palette of what can be added: dragged into the view, or clicked and then placed by a click.
 
 import { get, make } from "tatu/dom";
-import { tell } from "tatu/clipboard";
+import { tell } from "tatu/output";
 import { call, on } from "tatu/net";
 import { begin, putInMiddle } from "tatu/placing";
 import { FIXED, devices, models } from "tatu/stock";

@@ -2,7 +2,7 @@
 // Placing something new in the view: a preview follows the pointer, and what is placed stands on what is below it.
 
 import * as THREE from "three";
-import { tell } from "tatu/clipboard";
+import { tell } from "tatu/output";
 import { edit, together } from "tatu/edits";
 import { call } from "tatu/net";
 import { middle, surfaceAt } from "tatu/pointing";

@@ -3,7 +3,8 @@
 
 /**
  * A curve; its color from 0 to 1. `times` is what goes along: the time, or what an x-y curve has there.
- * @typedef {{ name: string, unit?: string, color?: number[] | null, times: (number | null)[], values: (number | null)[] }} Curve
+ * `place`: that of its color, if it has none; otherwise its place among the curves.
+ * @typedef {{ name: string, unit?: string, color?: number[] | null, place?: number, times: (number | null)[], values: (number | null)[] }} Curve
  */
 
 /** Colors of curves that have none: those of Okabe and Ito. */
@@ -113,7 +114,7 @@ export function plot(canvas, curves, unit = "s", legend = true) {
   c.lineWidth = 1.5;
   c.lineJoin = "round";
   curves.forEach((s, i) => {
-    c.strokeStyle = colorOf(s.color, i);
+    c.strokeStyle = colorOf(s.color, s.place ?? i);
     c.beginPath();
     let pen = false;
     s.values.forEach((v, k) => {
@@ -130,7 +131,7 @@ export function plot(canvas, curves, unit = "s", legend = true) {
   if (!legend) return;
   c.textAlign = "left";
   curves.forEach((s, i) => {
-    c.fillStyle = colorOf(s.color, i);
+    c.fillStyle = colorOf(s.color, s.place ?? i);
     c.fillText(`${s.name} ${s.unit ? `(${s.unit})` : ""}`, left + 6, 17 + 13 * i);
   });
 }

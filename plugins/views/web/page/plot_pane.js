@@ -27,7 +27,7 @@ import { unwatch, watchValue } from "tatu/watching";
 const TIME = "time";
 /** The open plots. @type {Set<{ redraw: () => void, take: (id: number, streams: Curve[]) => void }>} */
 const drawers = new Set();
-/** The plot of values that was touched last. @type {{ spec: Spec, draw: () => void, update: () => void } | null} */
+/** The plot of values that was touched last. @type {{ spec: Spec, update: () => void } | null} */
 let current = null;
 
 /**
@@ -129,7 +129,7 @@ function openPlot(spec) {
   function shown() {
     const curves = all();
     const x = curves.find((c) => c.name === spec.along);
-    const kept = curves.map((c, i) => ({ ...c, color: c.color ?? null, place: i }));
+    const kept = curves.map((c, i) => ({ ...c, place: i }));
     return x ? { curves: kept.filter((c) => c.name !== x.name).map((c) => ({ ...c, ...over(x, c) })), x } : { curves: kept, x: null };
   }
   function saveTable() {
@@ -144,7 +144,7 @@ function openPlot(spec) {
     if (!w || !h) return;
     if (canvas.width !== w || canvas.height !== h) Object.assign(canvas, { width: w, height: h });
     const { curves, x } = shown();
-    plot(canvas, curves.map((c) => ({ ...c, color: c.color ?? rgb(colorOf(null, c.place)) })), x ? x.unit ?? "" : "s", false);
+    plot(canvas, curves, x ? x.unit ?? "" : "s", false);
     all().forEach((c, i) => {
       const value = legend.children[i]?.querySelector("output");
       const last = c.values.findLast((v) => v !== null);
@@ -203,7 +203,7 @@ function openPlot(spec) {
     redraw();
     remember();
   };
-  const own = { spec, draw: redraw, update };
+  const own = { spec, update };
   const touch = () => { if (!graph) current = own; };
   window.box.addEventListener("pointerdown", touch, true);
   const sized = new ResizeObserver(redraw);
@@ -229,11 +229,6 @@ function openPlot(spec) {
   return pane;
 }
 offer("plot", openPlot, (spec) => spec.graph || String(spec.n));
-
-/** @param {string} hex */
-function rgb(hex) {
-  return [1, 3, 5].map((i) => parseInt(hex.slice(i, i + 2), 16) / 255);
-}
 
 on("values", () => { for (const d of drawers) d.redraw(); });
 on("event", ({ name }) => { if (name === "started") for (const d of drawers) d.redraw(); });

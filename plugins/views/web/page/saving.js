@@ -6,7 +6,7 @@ import { ask, askText, choose } from "tatu/dialogs";
 import { get, make } from "tatu/dom";
 import { known, redo, undo, watchEdits } from "tatu/edits";
 import { call, on, ask as request } from "tatu/net";
-import { line } from "tatu/output";
+import { line, tell } from "tatu/output";
 import { rights } from "tatu/store";
 
 /** @type {(() => Promise<boolean>)[]} */
@@ -22,12 +22,6 @@ const holders = [];
 export function guard(isUnsaved, mayLeave) {
   holders.push(isUnsaved);
   guards.push(mayLeave);
-}
-
-/** @param {unknown} thrown */
-function tell(thrown) {
-  const { error, help } = failure(thrown);
-  line("Status", help ? `${error} (${help})` : error, "error");
 }
 
 /**

@@ -1,7 +1,8 @@
 // @ts-check
 // Editing in the tree: renaming, attaching by a drag, and the menu of an object.
 
-import { duplicate, remove, rename, reparent, tell, tops } from "tatu/clipboard";
+import { duplicate, remove, rename, reparent, tops } from "tatu/clipboard";
+import { tell } from "tatu/output";
 import { ask } from "tatu/dialogs";
 import { get, make } from "tatu/dom";
 import { edit } from "tatu/edits";

@@ -9,8 +9,8 @@ use crate::files::{FILES, WHOLE};
 
 /// Modules that the live page also has, and modules that replace others.
 const SAME: &[&str] = &[
-    "dom", "icons", "geometry", "parse", "wants", "store", "tree", "output", "light", "plain", "view", "looking",
-    "objects", "crowd", "surfaces", "sensing", "volumes", "drawings", "plot",
+    "dom", "icons", "calls", "geometry", "parse", "wants", "store", "tree", "output", "light", "plain", "view",
+    "looking", "objects", "crowd", "surfaces", "sensing", "volumes", "drawings", "plot",
 ];
 const OTHER: &[(&str, &str)] =
     &[("net", "film_net"), ("film_net", "film_net"), ("editor", "film_script"), ("film", "film")];

@@ -1,11 +1,10 @@
 // @ts-check
 // Windows that scripts open, with their widgets; what is done to them goes back to the script.
 
-import { failure } from "tatu/calls";
 import { get } from "tatu/dom";
 import { movable } from "tatu/floating";
 import { call, on } from "tatu/net";
-import { line } from "tatu/output";
+import { tell } from "tatu/output";
 import { rights, selection, watch } from "tatu/store";
 import { build, refresh } from "tatu/widgets";
 
@@ -31,7 +30,7 @@ async function act(window, n, what, value) {
   try {
     await call(window.act, window.window, n, what, ...(value === undefined ? [] : [value]));
   } catch (e) {
-    line("Status", failure(e).error, "error");
+    tell(e);
   }
 }
 
