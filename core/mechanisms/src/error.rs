@@ -128,6 +128,27 @@ pub enum DynamicsError {
     Diverged,
 }
 
+/// The reason why the step of a group was refused. No state was changed.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum GroupError {
+    /// A member cannot be moved.
+    #[error("member {member}: {source}")]
+    Member {
+        /// Its index.
+        member: usize,
+        /// Why.
+        source: DynamicsError,
+    },
+    /// A contact makes no sense.
+    #[error("contact {contact} {why}")]
+    Contact {
+        /// Its index.
+        contact: usize,
+        /// What is wrong with it.
+        why: &'static str,
+    },
+}
+
 /// Refuses a list of another length than the tree needs, or with a number that is not finite.
 pub(crate) fn check(what: &'static str, list: &[f64], expected: usize) -> Result<(), DynamicsError> {
     if list.len() != expected {

@@ -16,7 +16,7 @@ const SINGULAR: f64 = 1e-14;
 pub(crate) struct Factor {
     l: Vec<f64>,
     /// 1 / D; 0 for held velocities.
-    inverse: Vec<f64>,
+    pub inverse: Vec<f64>,
 }
 
 impl Factor {
@@ -66,6 +66,25 @@ impl Factor {
         Ok(())
     }
 
+    /// Returns the entries of a row of L left of its diagonal, with their columns.
+    #[inline]
+    pub fn row<'a>(&'a self, tree: &'a Tree, k: usize) -> impl Iterator<Item = (f64, u32)> + 'a {
+        let range = tree.rows[k]..tree.rows[k + 1] - 1;
+        self.l[range.clone()].iter().copied().zip(tree.columns[range].iter().copied())
+    }
+
+    /// Replaces `x` = L v by v. Time: entries of L.
+    pub fn finish(&self, tree: &Tree, x: &mut [f64]) {
+        for k in 0..x.len() {
+            let (first, last) = (tree.rows[k], tree.rows[k + 1] - 1);
+            let mut sum = x[k];
+            for (&l, &column) in self.l[first..last].iter().zip(&tree.columns[first..last]) {
+                sum -= l * x[column as usize];
+            }
+            x[k] = sum;
+        }
+    }
+
     /// Replaces `x` by the solution of M y = x, with 0 for held velocities. Time: entries of L, twice.
     pub fn solve(&self, tree: &Tree, x: &mut [f64]) {
         for k in (0..x.len()).rev() {
@@ -78,13 +97,6 @@ impl Factor {
         for (x, inverse) in x.iter_mut().zip(&self.inverse) {
             *x *= inverse;
         }
-        for k in 0..x.len() {
-            let (first, last) = (tree.rows[k], tree.rows[k + 1] - 1);
-            let mut sum = x[k];
-            for (&l, &column) in self.l[first..last].iter().zip(&tree.columns[first..last]) {
-                sum -= l * x[column as usize];
-            }
-            x[k] = sum;
-        }
+        self.finish(tree, x);
     }
 }

@@ -3,13 +3,15 @@
 //! - [`Tree`]: the description of links and joints, checked once; a [`State`] holds positions and velocities;
 //! - [`Kinematics`]: poses and velocities of links, Jacobians of their points;
 //! - [`Dynamics`]: mass matrix, bias forces, inverse and forward dynamics, energy;
-//! - [`Drives`]: what acts on the joints; a [`Solver`] moves a state a step on, and tells the [`Efforts`].
+//! - [`Drives`]: what acts on the joints; a [`Solver`] moves a state a step on, and tells the [`Efforts`];
+//! - [`Contact`]: points at which trees touch each other or something else; a [`Group`] moves them together.
 //!
-//! Units are SI, angles in rad; vectors are in the world unless something else is said. Nothing allocates after `new`,
-//! and a result depends on its arguments only, to the bit, on every processor: the crate adds, multiplies, divides and
-//! takes roots in a fixed order, and has sine and cosine from `libm`. Files import downwards in this order: `vector`,
-//! `spatial`, `error`, `link`, `tree`, `state`, `kinematics`, `newton_euler`, `composite`, `factor`, `dynamics`; `drive`,
-//! `motor`, `law`, `pivot`, `solver`. Equations, sources and gaps are in `docs/mechanisms.md`.
+//! Units are SI, angles in rad; vectors are in the world unless something else is said. Nothing allocates after `new`
+//! (a group grows with what it is given), and a result depends on its arguments only, to the bit, on every processor:
+//! the crate adds, multiplies, divides and takes roots in a fixed order, and has sine and cosine from `libm`. Files
+//! import downwards in this order: `vector`, `spatial`, `error`, `link`, `tree`, `state`, `kinematics`, `newton_euler`,
+//! `composite`, `factor`, `dynamics`; `drive`, `motor`, `law`, `pivot`, `step`, `solver`; `contact`, `member`, `rows`,
+//! `group`. Equations, sources and gaps are in `docs/mechanisms.md`.
 //!
 //! ```
 //! use nalgebra::{Isometry3, Matrix3, Vector3};
@@ -33,27 +35,36 @@
 //! ```
 
 mod composite;
+mod contact;
 mod drive;
 mod dynamics;
 mod error;
 mod factor;
+mod group;
 mod kinematics;
 mod law;
 mod link;
+mod member;
 mod motor;
 mod newton_euler;
 mod pivot;
+mod rows;
 mod solver;
 mod spatial;
 mod state;
+mod step;
 mod tree;
 mod vector;
 
+pub use contact::{Contact, Side};
 pub use drive::{Bound, Drive, Drives, Spring};
 pub use dynamics::Dynamics;
-pub use error::{DynamicsError, TreeError};
+pub use error::{DynamicsError, GroupError, TreeError};
+pub use group::{Group, GroupReport};
 pub use kinematics::Kinematics;
 pub use link::{Joint, Link};
-pub use solver::{Efforts, Report, Scheme, Solver};
+pub use member::Member;
+pub use solver::{Report, Scheme, Solver};
 pub use state::State;
+pub use step::Efforts;
 pub use tree::Tree;

@@ -81,8 +81,9 @@ impl Link {
         Link { parent, frame, joint, mass, center, inertia, armature: 0.0, damping: 0.0, friction: 0.0, limits: None }
     }
 
-    /// Checks everything that does not depend on other links. `link` is its number, for the error.
-    pub(crate) fn check(&self, link: usize) -> Result<(), TreeError> {
+    /// Checks everything that does not depend on other links. `link` is its number, for the error; `real`: whether the
+    /// inertia must be that of a rigid body.
+    pub(crate) fn check(&self, link: usize, real: bool) -> Result<(), TreeError> {
         let rotation = self.frame.rotation.quaternion().coords;
         let axis = match self.joint {
             Joint::Revolute(axis) | Joint::Prismatic(axis) => Some(axis),
@@ -125,8 +126,19 @@ impl Link {
         if self.joint == Joint::Free && self.parent.is_some() {
             return Err(TreeError::Joint { link, why: "only a link without a parent can be free" });
         }
-        check_inertia(&self.inertia, self.mass).map_err(|why| TreeError::Inertia { link, why })
+        let checked = if real { check_inertia(&self.inertia, self.mass) } else { check_signs(&self.inertia) };
+        checked.map_err(|why| TreeError::Inertia { link, why })
     }
+}
+
+/// Checks that an inertia is symmetric, up to rounding, and has no negative moment.
+fn check_signs(inertia: &Matrix3<f64>) -> Result<(), &'static str> {
+    let slack = 1e-9 * inertia.amax();
+    if (inertia - inertia.transpose()).amax() > slack {
+        return Err("it is not symmetric");
+    }
+    let negative = inertia.diagonal().iter().any(|moment| *moment < 0.0);
+    if negative { Err("a moment is negative") } else { Ok(()) }
 }
 
 /// Checks that some distribution of mass has this inertia about its centre: half of the trace less the inertia, which

@@ -29,6 +29,13 @@ pub(crate) struct Search {
     pub met: bool,
 }
 
+impl Search {
+    /// Returns this search and the one that went on from it.
+    pub fn and(self, next: Search) -> Search {
+        Search { solutions: self.solutions + next.solutions, met: next.met }
+    }
+}
+
 /// Laws of all velocities, and room to solve them.
 #[derive(Debug, Clone)]
 pub(crate) struct Pivot {
@@ -45,8 +52,10 @@ pub(crate) struct Pivot {
     held: Vec<bool>,
     added: Vec<f64>,
     product: Vec<f64>,
-    factor: Factor,
+    pub factor: Factor,
     factored: bool,
+    /// Factorisations so far.
+    pub renewals: u64,
     /// Most linear solutions of a search.
     pub most: usize,
 }
@@ -66,8 +75,19 @@ impl Pivot {
             product: vec![0.0; n],
             factor: Factor::new(tree),
             factored: false,
+            renewals: 0,
             most: 32 + 4 * n,
         }
+    }
+
+    /// Returns what each law asks for on its piece.
+    pub fn forms(&self) -> impl Iterator<Item = Piece> + '_ {
+        self.laws.iter().zip(&self.pieces).map(|(law, piece)| law.piece(*piece))
+    }
+
+    /// Returns what was added to the diagonal of the mass matrix in the last factorisation.
+    pub fn added(&self) -> &[f64] {
+        &self.added
     }
 
     /// Begins a step with new laws and a new mass matrix: guesses each piece as if its velocity were alone.
@@ -184,6 +204,7 @@ impl Pivot {
             self.factored = false;
             self.factor.update(tree, &mass.entries, &self.added, &self.held)?;
             self.factored = true;
+            self.renewals += 1;
         }
         self.product.copy_from_slice(bias);
         if moving {

@@ -4,7 +4,7 @@ use nalgebra::{Isometry3, Matrix3};
 
 use super::*;
 use crate::{
-    drive::Bound,
+    drive::{Bound, Drive},
     link::{Joint, Link},
 };
 
@@ -26,7 +26,7 @@ fn search_that_is_cut_short_stays_within_bounds() {
     let tree = Tree::new(links.collect()).unwrap();
     let mut drives = Drives::new(&tree);
     let mut solver = Solver::new(&tree);
-    solver.pivot.most = 1;
+    solver.step.pivot.most = 1;
     let mut state = State::new(&tree);
     state.q.fill(0.4);
     let mut missed = 0;
@@ -35,8 +35,8 @@ fn search_that_is_cut_short_stays_within_bounds() {
         drives.drive.fill(Drive::Velocity { target, bound: Bound::force(0.5) });
         let report = solver.step(&mut state, &tree, &drives, Vector3::new(0.0, 0.0, -9.81), 1.25e-3).unwrap();
         missed += usize::from(!report.met);
-        assert!(solver.efforts.drive.iter().all(|f| f.abs() <= 0.5));
-        assert!(solver.efforts.friction.iter().all(|f| f.abs() <= 0.1));
+        assert!(solver.step.efforts.drive.iter().all(|f| f.abs() <= 0.5));
+        assert!(solver.step.efforts.friction.iter().all(|f| f.abs() <= 0.1));
         assert!(state.q.iter().all(|q| q.abs() <= 0.5) && state.v.iter().all(|v| v.abs() < 1e3));
     }
     assert!(missed > 100, "{missed}");

@@ -95,6 +95,20 @@ impl Tree {
     ///
     /// A [`TreeError`] that names the first link that is wrong, and how.
     pub fn new(links: Vec<Link>) -> Result<Self, TreeError> {
+        Self::checked(links, true)
+    }
+
+    /// Makes a tree whose inertias need not be those of rigid bodies: a principal moment may exceed the sum of the other
+    /// two. Descriptions of robots have such; they are computed with as they are. All else as [`Tree::new`].
+    ///
+    /// # Errors
+    ///
+    /// As [`Tree::new`], and for inertias that are not symmetric or have a negative moment on their diagonal.
+    pub fn with_any_inertia(links: Vec<Link>) -> Result<Self, TreeError> {
+        Self::checked(links, false)
+    }
+
+    fn checked(links: Vec<Link>, real: bool) -> Result<Self, TreeError> {
         if links.is_empty() {
             return Err(TreeError::Empty);
         }
@@ -102,7 +116,7 @@ impl Tree {
             if let Some(parent) = link.parent.filter(|p| *p >= i) {
                 return Err(TreeError::Parent { link: i, parent });
             }
-            link.check(i)?;
+            link.check(i, real)?;
         }
         check_masses(&links)?;
         let mut tree = Tree {

@@ -1,5 +1,6 @@
 //! The crate as its users see it, against stored values, closed forms and itself.
 
+mod contacts;
 mod drives;
 mod energy;
 mod joints;

@@ -1,0 +1,387 @@
+//! A step of time of trees that touch each other or what stands still.
+
+use nalgebra::Vector3;
+
+use crate::{
+    contact::{Contact, FASTEST_RECOVERY, Side},
+    error::{DynamicsError, GroupError},
+    law::Piece,
+    member::Member,
+    rows::{Point, Rows},
+    solver::check_step,
+    state::advance,
+    vector::{Vec3, dot},
+};
+
+/// Most times that laws of joints and of contacts are solved one after the other.
+const ROUNDS: usize = 8;
+/// Most sweeps over all contacts in a round.
+const SWEEPS: usize = 32;
+/// Velocity that a contact may lack after a sweep, m/s: impulses that change it by less are found.
+const FOUND: f64 = 1e-11;
+/// Change of velocities in a step, m/s or rad/s, below which bias forces are not computed again: the velocities would
+/// change by a thousandth of it.
+const STEADY: f64 = 1e-7;
+/// Speed of an impact below which bodies do not bounce, m/s.
+const RESTING: f64 = 0.01;
+
+/// How the step of a group went.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct GroupReport {
+    /// Most rounds, of joints and then of contacts, that one of the two passes took.
+    pub rounds: usize,
+    /// Sweeps over all contacts.
+    pub sweeps: usize,
+    /// Whether the laws of all joints and contacts were met together. If not, joints and contacts each bear forces that
+    /// are allowed, but some bodies may have approached more than they should.
+    pub met: bool,
+}
+
+/// Moves trees that touch. Owns all room that a step needs beyond that of its members.
+///
+/// A step depends on its arguments only, not on the steps before.
+#[derive(Debug, Clone, Default)]
+pub struct Group {
+    rows: Rows,
+    /// Impulses along the rows of each contact, N s.
+    impulses: Vec<Vec3>,
+    /// Whether the laws of each member were met by its last solution.
+    met: Vec<bool>,
+    /// Whether each contact bounces in this step.
+    bounces: Vec<bool>,
+    /// Speeds at which contacts that overlap are to part, m/s.
+    speeds: Vec<f64>,
+    /// The factorisation that the rows of each member come from.
+    renewals: Vec<u64>,
+    /// Forms of the laws of all joints in the round before.
+    forms: Vec<Piece>,
+    velocities: Vec<f64>,
+}
+
+impl Group {
+    /// Makes an empty group; it grows with what it is given.
+    pub fn new() -> Self {
+        Group::default()
+    }
+
+    /// Moves all members by a time `h`, s, under gravity, m/s². Forces are those of the pose that half a step at the
+    /// old velocities leads to, and the mean velocity. Contacts are rigid with Coulomb's friction; bodies that overlap
+    /// part by positions only, so that they have no momentum afterwards.
+    ///
+    /// Joints and contacts are solved in turns: all joints exactly, with the forces of contacts; then all contacts by
+    /// Gauss-Seidel, with the compliance of the joints as they are. Where no joint changes between holding and yielding,
+    /// one turn suffices. Time: as the step of each tree, and the depth of each contact for each sweep.
+    ///
+    /// # Errors
+    ///
+    /// As [`Solver::step`](crate::Solver::step), with the number of the member; no state is changed then. A contact
+    /// with a number that makes no sense, or with a link that does not exist.
+    pub fn step(
+        &mut self,
+        members: &mut [Member<'_>],
+        contacts: &mut [Contact],
+        gravity: Vector3<f64>,
+        h: f64,
+    ) -> Result<GroupReport, GroupError> {
+        check_step(gravity, h).map_err(|source| GroupError::Member { member: 0, source })?;
+        check(members, contacts)?;
+        each(members, |m| m.solver.step.check(m.tree, m.state, m.drives))?;
+        let gravity = gravity.into();
+        for m in members.iter_mut() {
+            m.solver.step.begin(m.tree, m.state, m.drives, h, Some(m.carried));
+        }
+        self.rows.build(members, contacts, h);
+        self.warm_start(members, contacts, h);
+        for m in members.iter_mut() {
+            m.solver.step.guess(m.tree, &m.state.v, gravity, h);
+        }
+        let mut report = self.resolve(members, contacts, h)?;
+        if members.iter().any(|m| m.solver.step.changes(&m.state.v) > STEADY) {
+            for m in members.iter_mut() {
+                m.solver.step.take_mean_velocities(m.tree, &m.state.v, gravity);
+            }
+            let last = self.resolve(members, contacts, h)?;
+            let (rounds, sweeps) = (report.rounds.max(last.rounds), report.sweeps + last.sweeps);
+            report = GroupReport { rounds, sweeps, met: last.met };
+        }
+        for (i, member) in members.iter_mut().enumerate() {
+            let finished = member.solver.step.finish(member.tree, member.state, h, self.met[i]);
+            finished.map_err(|source| GroupError::Member { member: i, source })?;
+        }
+        self.renew(members);
+        self.part(members, contacts, h);
+        self.note_distances(contacts, h);
+        each(members, |m| m.solver.step.limit(m.tree, m.state, h))?;
+        for m in members.iter_mut() {
+            m.solver.step.commit(m.state);
+            m.carried.copy_from_slice(&m.solver.step.efforts.drive);
+        }
+        for (contact, (point, impulse)) in contacts.iter_mut().zip(self.rows.points.iter().zip(&self.impulses)) {
+            contact.impulse = point.axes.iter().zip(impulse).map(|(axis, l)| Vector3::from(*axis) * *l).sum();
+        }
+        Ok(report)
+    }
+
+    /// Begins with the impulses of the step before.
+    fn warm_start(&mut self, members: &mut [Member<'_>], contacts: &[Contact], h: f64) {
+        self.impulses.clear();
+        self.bounces.clear();
+        self.bounces.resize(contacts.len(), false);
+        self.renewals.clear();
+        self.renewals.resize(members.len(), 0);
+        for (contact, point) in contacts.iter().zip(&self.rows.points) {
+            let impulse = point.axes.map(|axis| dot(axis, contact.impulse.into()));
+            self.impulses.push([impulse[0].max(0.0), impulse[1], impulse[2]]);
+        }
+        self.apply(members, h);
+    }
+
+    /// Makes the impulses of contacts act on the members.
+    fn apply(&self, members: &mut [Member<'_>], h: f64) {
+        for m in members.iter_mut() {
+            m.solver.step.contact.fill(0.0);
+        }
+        for (point, impulse) in self.rows.points.iter().zip(&self.impulses) {
+            self.rows.add_forces(point, *impulse, h, members);
+        }
+    }
+
+    /// Solves joints and contacts in turns until none changes the other.
+    fn resolve(&mut self, members: &mut [Member<'_>], contacts: &[Contact], h: f64) -> Result<GroupReport, GroupError> {
+        self.forms.clear();
+        let mut sweeps = 0;
+        for round in 1..=ROUNDS {
+            let met = self.solve_joints(members, h)?;
+            // where no joint took another form, the sweeps have found what follows from it
+            let forms = std::mem::take(&mut self.forms);
+            let all = members.iter().flat_map(|m| m.solver.step.pivot.forms());
+            self.forms.extend(all);
+            if self.forms == forms {
+                return Ok(GroupReport { rounds: round, sweeps, met });
+            }
+            self.renew(members);
+            self.rows.read(members);
+            self.release(members, h);
+            let (count, changed) = self.sweep(contacts, h);
+            sweeps += count;
+            if !changed {
+                return Ok(GroupReport { rounds: round, sweeps, met });
+            }
+            self.apply(members, h);
+        }
+        self.solve_joints(members, h)?;
+        Ok(GroupReport { rounds: ROUNDS, sweeps, met: false })
+    }
+
+    /// Solves all joints with the forces of contacts as they are; returns whether all laws are met.
+    fn solve_joints(&mut self, members: &mut [Member<'_>], h: f64) -> Result<bool, GroupError> {
+        self.met.clear();
+        let met = &mut self.met;
+        each(members, |m| {
+            met.push(m.solver.step.solve(m.tree, &m.state.v, h)?.met);
+            Ok(())
+        })?;
+        Ok(self.met.iter().all(|met| *met))
+    }
+
+    /// Computes the rows of members again whose matrix was factorised since.
+    fn renew(&mut self, members: &[Member<'_>]) {
+        let mut renewed = false;
+        for (i, member) in members.iter().enumerate() {
+            let pivot = &member.solver.step.pivot;
+            if std::mem::replace(&mut self.renewals[i], pivot.renewals) != pivot.renewals {
+                self.rows.factorize(&pivot.factor, members, i);
+                renewed = true;
+            }
+        }
+        if renewed {
+            self.rows.weigh();
+        }
+    }
+
+    /// Lets contacts push joints that friction or a limit holds: where one that should part has no way to give, the rows
+    /// of its trees are those with all joints free, so that an impulse is found. The joints decide in the next round.
+    fn release(&mut self, members: &[Member<'_>], h: f64) {
+        let mut stuck = vec![];
+        for point in &self.rows.points {
+            if point.normal == 0.0 && point.start[0] < point.least_velocity(h) - STEADY {
+                stuck.extend(point.halves.iter().flatten().map(|half| half.member));
+            }
+        }
+        stuck.sort_unstable();
+        stuck.dedup();
+        for &i in &stuck {
+            let Member { tree, solver, .. } = &members[i];
+            let step = &solver.step;
+            let free = vec![false; tree.velocities()];
+            let mut factor = step.pivot.factor.clone();
+            if factor.update(tree, &step.mass.entries, step.pivot.added(), &free).is_ok() {
+                self.rows.factorize(&factor, members, i);
+                // the rows are computed again in the next round
+                self.renewals[i] = 0;
+            }
+        }
+        if !stuck.is_empty() {
+            self.rows.weigh();
+        }
+    }
+
+    /// Sweeps over all contacts until their impulses no longer change; returns the number of sweeps, and whether they
+    /// changed at all.
+    fn sweep(&mut self, contacts: &[Contact], h: f64) -> (usize, bool) {
+        for sweep in 1..=SWEEPS {
+            let mut most = 0.0f64;
+            for (i, contact) in contacts.iter().enumerate() {
+                most = most.max(self.press(i, contact, h)).max(self.rub(i, contact));
+            }
+            if most <= FOUND {
+                return (sweep, sweep > 1);
+            }
+        }
+        (SWEEPS, true)
+    }
+
+    /// Finds the normal impulse of a contact, given all others; returns by how much that changes its velocity, m/s.
+    fn press(&mut self, i: usize, contact: &Contact, h: f64) -> f64 {
+        let point = &self.rows.points[i];
+        if point.normal == 0.0 {
+            return 0.0;
+        }
+        let old = self.impulses[i][0];
+        let velocity = point.start[0] + self.rows.change(point, 0);
+        let least = point.least_velocity(h);
+        let mut new = (old + (least - velocity) / point.normal).max(0.0);
+        let fast = contact.impulse == Vector3::zeros() || contact.restitution >= 1.0;
+        if contact.restitution > 0.0 && fast && point.approach < -RESTING && (new > 0.0 || self.bounces[i]) {
+            self.bounces[i] = true;
+            new = (old + (-contact.restitution * point.approach - velocity) / point.normal).max(0.0);
+        }
+        self.impulses[i][0] = new;
+        let change = (new - old).abs() * point.normal;
+        if change > 0.0 {
+            self.rows.push(i, 0, new - old);
+        }
+        change
+    }
+
+    /// Finds the friction of a contact, given all others; returns by how much that changes its velocity, m/s.
+    ///
+    /// It sticks if the force for that is below the bound. Otherwise the impulse moves against the velocity, and back
+    /// onto the circle of the bound: where that ends, it is opposed to the velocity, whatever the inertia is.
+    fn rub(&mut self, i: usize, contact: &Contact) -> f64 {
+        let point = &self.rows.points[i];
+        let [a, b, c] = point.tangents;
+        let [normal, old1, old2] = self.impulses[i];
+        let bound = contact.friction * normal;
+        if a + c == 0.0 || (bound == 0.0 && old1 == 0.0 && old2 == 0.0) {
+            return 0.0;
+        }
+        let slide = |row: usize| dot(point.axes[row], contact.slide.into());
+        let velocity = |row: usize| point.start[row] + self.rows.change(point, row) - slide(row);
+        let (v1, v2) = (velocity(1), velocity(2));
+        let determinant = a * c - b * b;
+        let mut new = [old1 - (c * v1 - b * v2) / determinant, old2 - (a * v2 - b * v1) / determinant];
+        let length = |x: [f64; 2]| (x[0] * x[0] + x[1] * x[1]).sqrt();
+        // written so that a direction in which nothing can move takes this way, too
+        let sticks = length(new) <= bound && determinant > 1e-12 * a * c;
+        if !sticks {
+            let pace = 1.0 / (a + c);
+            new = [old1 - pace * v1, old2 - pace * v2];
+            let size = length(new);
+            if size > bound {
+                new = new.map(|x| x * bound / size);
+            }
+        }
+        (self.impulses[i][1], self.impulses[i][2]) = (new[0], new[1]);
+        let change = length([new[0] - old1, new[1] - old2]) * (a + c);
+        if change > 0.0 {
+            self.rows.push(i, 1, new[0] - old1);
+            self.rows.push(i, 2, new[1] - old2);
+        }
+        change
+    }
+
+    /// Moves bodies apart that overlap at the end of the step, by positions only.
+    fn part(&mut self, members: &mut [Member<'_>], contacts: &[Contact], h: f64) {
+        self.rows.read(members);
+        let mut speeds = std::mem::take(&mut self.speeds);
+        speeds.clear();
+        speeds.extend(contacts.iter().zip(&self.rows.points).map(|(contact, point): (_, &Point)| {
+            let overlap = -(point.distance + 0.5 * h * point.start[0]);
+            (contact.recovery * overlap).clamp(0.0, FASTEST_RECOVERY)
+        }));
+        if speeds.iter().any(|s| *s > 0.0) {
+            self.impulses_of_parting(&speeds);
+            for (m, offset) in members.iter_mut().zip(&self.rows.offsets) {
+                let step = &mut m.solver.step;
+                self.velocities.clear();
+                self.velocities.extend_from_slice(&self.rows.z[*offset..][..m.tree.velocities()]);
+                step.pivot.factor.finish(m.tree, &mut self.velocities);
+                advance(m.tree, &mut step.q, &self.velocities, h);
+            }
+        }
+        self.speeds = speeds;
+    }
+
+    /// Takes over the distances at the end of the step; z has the velocities at which bodies part.
+    fn note_distances(&self, contacts: &mut [Contact], h: f64) {
+        for (contact, point) in contacts.iter_mut().zip(&self.rows.points) {
+            contact.distance = point.distance + h * (0.5 * point.start[0] + self.rows.change(point, 0));
+        }
+    }
+
+    /// Finds, in z, velocities at which each contact opens at least at its speed.
+    fn impulses_of_parting(&mut self, speeds: &[f64]) {
+        self.velocities.clear();
+        self.velocities.resize(speeds.len(), 0.0);
+        for _ in 0..SWEEPS {
+            let mut most = 0.0f64;
+            for (i, speed) in speeds.iter().enumerate() {
+                let point = &self.rows.points[i];
+                if point.normal == 0.0 || (*speed == 0.0 && self.velocities[i] == 0.0 && point.distance > 0.0) {
+                    continue;
+                }
+                let (old, missing) = (self.velocities[i], speed - self.rows.change(point, 0));
+                let new = (old + missing / point.normal).max(0.0);
+                self.velocities[i] = new;
+                most = most.max((new - old).abs() * point.normal);
+                self.rows.push(i, 0, new - old);
+            }
+            if most <= 1e-9 {
+                break;
+            }
+        }
+    }
+}
+
+/// Calls a function for each member; an error names it.
+fn each(
+    members: &mut [Member<'_>],
+    mut call: impl FnMut(&mut Member<'_>) -> Result<(), DynamicsError>,
+) -> Result<(), GroupError> {
+    for (member, m) in members.iter_mut().enumerate() {
+        call(m).map_err(|source| GroupError::Member { member, source })?;
+    }
+    Ok(())
+}
+
+/// Refuses contacts with links that do not exist, and numbers that make no sense.
+fn check(members: &[Member<'_>], contacts: &[Contact]) -> Result<(), GroupError> {
+    for (member, m) in members.iter().enumerate() {
+        let (found, expected) = (m.carried.len(), m.tree.velocities());
+        if found != expected {
+            let source = DynamicsError::Length { what: "carried", found, expected };
+            return Err(GroupError::Member { member, source });
+        }
+    }
+    for (contact, c) in contacts.iter().enumerate() {
+        let known = |s: &Side| members.get(s.member).is_some_and(|m| s.link < m.tree.nodes.len());
+        if !c.sides.iter().flatten().all(known) {
+            return Err(GroupError::Contact { contact, why: "names a link that does not exist" });
+        }
+        if !c.is_sound() {
+            return Err(GroupError::Contact { contact, why: "has a number that is not finite, or is negative" });
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,294 @@
+//! The velocities of points of contact as rows over the velocities of trees.
+//!
+//! With M = L'DL and z = L v, a row J becomes y = L^-T J', which is 0 except on the way from the body to the root. An
+//! impulse l along the row changes z by D^-1 y l, and the velocity of the row is y.z: a sweep over the rows costs the
+//! depth of each, not the number of velocities. The same holds for the matrix of a step with stiff drives and springs,
+//! which [`Pivot`](crate::pivot::Pivot) factorises.
+//!
+//! Source: Featherstone, chapter 6, for the sparsity; `docs/mechanisms.md` derives the rest.
+
+use crate::{
+    contact::{Contact, Side},
+    factor::Factor,
+    member::Member,
+    spatial::Force,
+    tree::{NONE, Tree},
+    vector::{Vec3, ZERO, add, cross, dot, scale, sub},
+};
+
+/// Least response of a contact along its normal, in units of that of the two links if nothing held them: below, the
+/// contact bears nothing. With anything but a link of the same tree, and with one.
+///
+/// Where joints leave a contact hardly any way to give, as between a drawer and its rails, the slightest tilt of the
+/// normal would turn into forces so great that what sweeps leave of them throws the furniture about. The second bound is
+/// a tilt of 0.6 degrees.
+const IMMOVABLE: [f64; 2] = [1e-9, 1e-4];
+
+/// The part of a row on one tree: where its columns begin and end.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Half {
+    pub member: usize,
+    first: usize,
+    end: usize,
+}
+
+/// The three rows of one contact: along the normal and two tangents.
+#[derive(Debug, Clone)]
+pub(crate) struct Point {
+    pub halves: [Option<Half>; 2],
+    pub axes: [Vec3; 3],
+    /// Distance half a step after the beginning, m, and velocity along the normal at the beginning, m/s.
+    pub distance: f64,
+    pub approach: f64,
+    /// Velocity of each row that does not come from links, m/s.
+    pub drift: Vec3,
+    /// Least response that counts, 1/kg.
+    least: f64,
+    /// Response: velocity per impulse, 1/kg: of the normal, and of the tangents (11, 12, 22).
+    pub normal: f64,
+    pub tangents: [f64; 3],
+    /// Velocity of each row before the impulses that `z` holds, m/s.
+    pub start: Vec3,
+}
+
+impl Point {
+    /// Returns the least velocity along the normal at the end of a step of `h` s, m/s: bodies that are apart may approach
+    /// as far as they touch.
+    #[inline]
+    pub fn least_velocity(&self, h: f64) -> f64 {
+        if self.distance > 0.0 { -2.0 * self.distance / h } else { 0.0 }
+    }
+}
+
+/// Rows of all contacts of a group.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Rows {
+    pub points: Vec<Point>,
+    columns: Vec<u32>,
+    jacobian: Vec<Vec3>,
+    y: Vec<Vec3>,
+    /// D^-1 y.
+    response: Vec<Vec3>,
+    /// Changes of z by impulses, all members one after the other, and where each begins.
+    pub z: Vec<f64>,
+    pub offsets: Vec<usize>,
+    work: Vec<Vec3>,
+}
+
+impl Rows {
+    /// Makes the rows of all contacts for the poses at hand. `h` is the length of the step, s.
+    pub fn build(&mut self, members: &[Member<'_>], contacts: &[Contact], h: f64) {
+        self.points.clear();
+        self.columns.clear();
+        self.jacobian.clear();
+        self.offsets.clear();
+        let mut total = 0;
+        for member in members {
+            self.offsets.push(total);
+            total += member.tree.velocities();
+        }
+        self.z.clear();
+        self.z.resize(total, 0.0);
+        self.work.resize(self.work.len().max(total), ZERO);
+        for contact in contacts {
+            let point = self.point(members, contact, h);
+            self.points.push(point);
+        }
+        self.y.clear();
+        self.y.resize(self.columns.len(), ZERO);
+        self.response.clear();
+        self.response.resize(self.columns.len(), ZERO);
+    }
+
+    fn point(&mut self, members: &[Member<'_>], contact: &Contact, h: f64) -> Point {
+        let normal: Vec3 = contact.normal.into();
+        let (first, second) = tangents(normal);
+        let axes = [normal, first, second];
+        let halves = self.halves(members, contact, &axes);
+        let drift = axes.map(|axis| dot(contact.drift.into(), axis));
+        let same = matches!(contact.sides, [Some(a), Some(b)] if a.member == b.member);
+        let mobility: f64 = contact.sides.iter().flatten().map(|s| 1.0 / mass(members, *s)).sum();
+        let approach = drift[0] + self.before(&halves, members);
+        Point {
+            halves,
+            axes,
+            distance: contact.distance + 0.5 * h * approach,
+            approach,
+            drift,
+            least: IMMOVABLE[usize::from(same)] * mobility,
+            normal: 0.0,
+            tangents: [0.0; 3],
+            start: ZERO,
+        }
+    }
+
+    /// Writes the Jacobian of a contact; two links of one tree share a half.
+    fn halves(&mut self, members: &[Member<'_>], contact: &Contact, axes: &[Vec3; 3]) -> [Option<Half>; 2] {
+        let mut halves = [None; 2];
+        for (k, sign) in [(0, -1.0), (1, 1.0)] {
+            let Some(side) = contact.sides[k] else { continue };
+            let Member { tree, solver, .. } = &members[side.member];
+            let kinematics = &solver.step.kinematics;
+            let arm = add(kinematics.places[side.link], contact.arms[k].into());
+            let wrenches = axes.map(|axis| {
+                let force = scale(axis, sign);
+                Force { torque: cross(arm, force), force }
+            });
+            let of = |d: u32| wrenches.map(|wrench| kinematics.axes[d as usize].dot(&wrench));
+            match halves[0] {
+                Some(Half { member, first, end }) if member == side.member => {
+                    self.merge(first, end, way(tree, side.link), of);
+                    halves[0] = Some(Half { member, first, end: self.columns.len() });
+                }
+                _ => {
+                    let first = self.columns.len();
+                    for &d in way(tree, side.link) {
+                        self.columns.push(d);
+                        self.jacobian.push(of(d));
+                    }
+                    halves[k] = Some(Half { member: side.member, first, end: self.columns.len() });
+                }
+            }
+        }
+        halves
+    }
+
+    /// Adds a second way to the root to the columns from `first` to `end`, which stay sorted.
+    fn merge(&mut self, first: usize, end: usize, way: &[u32], of: impl Fn(u32) -> Vec3) {
+        for &d in way {
+            let at = first + self.columns[first..].partition_point(|c| *c < d);
+            if self.columns.get(at) == Some(&d) {
+                self.jacobian[at] = add(self.jacobian[at], of(d));
+            } else {
+                self.columns.insert(at, d);
+                self.jacobian.insert(at, of(d));
+            }
+        }
+        debug_assert!(self.columns.len() >= end);
+    }
+
+    /// Computes y and the responses of all rows on one member from factors of its matrix.
+    pub fn factorize(&mut self, factor: &Factor, members: &[Member<'_>], member: usize) {
+        let tree = members[member].tree;
+        for i in 0..self.points.len() {
+            for half in self.points[i].halves.into_iter().flatten().filter(|h| h.member == member) {
+                for k in half.first..half.end {
+                    self.work[self.columns[k] as usize] = self.jacobian[k];
+                }
+                for k in (half.first..half.end).rev() {
+                    let column = self.columns[k] as usize;
+                    let own = self.work[column];
+                    self.y[k] = own;
+                    self.response[k] = scale(own, factor.inverse[column]);
+                    for (l, above) in factor.row(tree, column) {
+                        self.work[above as usize] = sub(self.work[above as usize], scale(own, l));
+                    }
+                }
+            }
+        }
+    }
+
+    /// Computes the responses of each contact from those of its halves.
+    pub fn weigh(&mut self) {
+        for i in 0..self.points.len() {
+            let mut sums = [0.0; 4];
+            for half in self.points[i].halves.into_iter().flatten() {
+                for k in half.first..half.end {
+                    let (y, r) = (&self.y[k], &self.response[k]);
+                    sums[0] += y[0] * r[0];
+                    sums[1] += y[1] * r[1];
+                    sums[2] += y[1] * r[2];
+                    sums[3] += y[2] * r[2];
+                }
+            }
+            let point = &mut self.points[i];
+            point.normal = if sums[0] > point.least { sums[0] } else { 0.0 };
+            point.tangents = if sums[1] + sums[3] > point.least { [sums[1], sums[2], sums[3]] } else { [0.0; 3] };
+        }
+    }
+
+    /// Takes the velocities that the members end with as those before further impulses.
+    pub fn read(&mut self, members: &[Member<'_>]) {
+        self.z.fill(0.0);
+        for i in 0..self.points.len() {
+            let mut start = self.points[i].drift;
+            for half in self.points[i].halves.into_iter().flatten() {
+                let ends = &members[half.member].solver.step.pivot.ends;
+                for k in half.first..half.end {
+                    start = add(start, scale(self.jacobian[k], ends[self.columns[k] as usize]));
+                }
+            }
+            self.points[i].start = start;
+        }
+    }
+
+    /// Returns the velocity along the normal at the beginning of the step, m/s, as far as it comes from links.
+    fn before(&self, halves: &[Option<Half>; 2], members: &[Member<'_>]) -> f64 {
+        let mut sum = 0.0;
+        for half in halves.iter().flatten() {
+            let v = &members[half.member].state.v;
+            for k in half.first..half.end {
+                sum += self.jacobian[k][0] * v[self.columns[k] as usize];
+            }
+        }
+        sum
+    }
+
+    /// Returns the change of the velocity of a row of a contact by the impulses so far, m/s.
+    #[inline]
+    pub fn change(&self, point: &Point, row: usize) -> f64 {
+        let mut sum = 0.0;
+        for half in point.halves.iter().flatten() {
+            let z = &self.z[self.offsets[half.member]..];
+            for (column, y) in self.columns[half.first..half.end].iter().zip(&self.y[half.first..half.end]) {
+                sum += y[row] * z[*column as usize];
+            }
+        }
+        sum
+    }
+
+    /// Applies an impulse along a row of a contact, N s.
+    #[inline]
+    pub fn push(&mut self, point: usize, row: usize, impulse: f64) {
+        for half in self.points[point].halves.into_iter().flatten() {
+            let z = &mut self.z[self.offsets[half.member]..];
+            for (column, r) in self.columns[half.first..half.end].iter().zip(&self.response[half.first..half.end]) {
+                z[*column as usize] += r[row] * impulse;
+            }
+        }
+    }
+
+    /// Adds the generalised forces of impulses along the rows of a contact, each over the time `h`.
+    pub fn add_forces(&self, point: &Point, impulse: Vec3, h: f64, members: &mut [Member<'_>]) {
+        for half in point.halves.iter().flatten() {
+            let contact = &mut members[half.member].solver.step.contact;
+            for k in half.first..half.end {
+                contact[self.columns[k] as usize] += dot(self.jacobian[k], impulse) / h;
+            }
+        }
+    }
+}
+
+/// Returns the mass of a link, kg; that of its tree if it has none.
+fn mass(members: &[Member<'_>], side: Side) -> f64 {
+    let nodes = &members[side.member].tree.nodes;
+    let own = nodes[side.link].mass;
+    if own > 0.0 { own } else { nodes.iter().map(|n| n.mass).sum::<f64>().max(f64::MIN_POSITIVE) }
+}
+
+/// Returns the velocities that move a link, from the root on.
+fn way(tree: &Tree, link: usize) -> &[u32] {
+    match tree.last[link] {
+        NONE => &[],
+        d => &tree.columns[tree.rows[d as usize]..tree.rows[d as usize + 1]],
+    }
+}
+
+/// Returns two unit vectors at right angles to a unit vector and to each other.
+fn tangents(normal: Vec3) -> (Vec3, Vec3) {
+    // away from the axis that the normal is closest to
+    let other = if normal[0].abs() < 0.7 { [1.0, 0.0, 0.0] } else { [0.0, 1.0, 0.0] };
+    let along = cross(normal, other);
+    let first = scale(along, 1.0 / dot(along, along).sqrt());
+    (first, cross(normal, first))
+}
