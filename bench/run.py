@@ -29,6 +29,9 @@ TATU = os.path.join(RELEASE, "tatu")
 # agree with those of a 1 ms run within the 1 % that `motion` prints; with 4 parts they do not.
 PHYSICS = ["--set", "scene.physics_dt_s=0.05", "--set", "scene.physics_substeps=5"]
 
+# The default of both programs: 5 ms, in 4 parts here.
+USUAL = ["--set", "scene.physics_dt_s=0.005", "--set", "scene.physics_substeps=4"]
+
 
 def command(scene, steps, *more):
     return [TATU, "run", scene, "--steps", str(steps), "--json", *more]
@@ -58,25 +61,25 @@ class Scenes:
 BEGIN = 5
 
 
-def rate(scene, robots, steps, *more):
+def rate(scene, robots, steps, physics):
     """Robot-steps a processor second, without what loading and the scripts' begin take."""
-    run, load = tatu(scene, BEGIN + steps, *PHYSICS, *more), tatu(scene, BEGIN, *PHYSICS)
+    run, load = tatu(scene, BEGIN + steps, *physics), tatu(scene, BEGIN, *physics)
     return robots * steps / max(run["cpu"] - load["cpu"], 1e-9)
 
 
-def mujoco(robots, seconds):
+def mujoco(robots, seconds, step):
     out = cpu_of([sys.executable, "mujoco_arena.py", "--robots", str(robots), "--seconds", str(seconds),
-                  "--step", "0.01"], cwd=PEERS)[1]
+                  "--step", str(step)], cwd=PEERS)[1]
     return json.loads(out)["robot_steps_per_cpu_s"]
 
 
-def arena_row(scenes, robots, steps, passes, wanted, peer):
+def arena_row(scenes, robots, steps, passes, wanted, peer, physics=PHYSICS, step=0.01):
     ours, theirs = [], []
     for _ in range(passes):
-        ours.append(rate(scenes(robots), robots, steps))
+        ours.append(rate(scenes(robots), robots, steps, physics))
         if peer:
-            theirs.append(mujoco(robots, steps * 0.05))
-    row("%d robots, MuJoCo at 10 ms" % robots, statistics.median(ours), theirs and statistics.median(theirs), wanted,
+            theirs.append(mujoco(robots, steps * 0.05, step))
+    row("%d robots, %s" % (robots, "MuJoCo at 10 ms" if physics is PHYSICS else "both at 5 ms"), statistics.median(ours), theirs and statistics.median(theirs), wanted,
         "robot-steps/s")
 
 
@@ -251,7 +254,7 @@ def motion(scenes, folder):
 def main():
     ap = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     ap.add_argument("--quick", action="store_true", help="one pass, shorter runs")
-    ap.add_argument("--rows", default="motion,arena100,arena1000,growth,threads,call,scan_call,startup,lidar,sonars,"
+    ap.add_argument("--rows", default="motion,arena100,arena1000,usual1,usual100,growth,threads,call,scan_call,startup,lidar,sonars,"
                     "depth,depth_mesh,depth_threads")
     args = ap.parse_args()
     peer = has_mujoco()
@@ -268,6 +271,8 @@ def main():
             "motion": lambda: motion(scenes, folder),
             "arena100": lambda: arena_row(scenes, 100, 200 if args.quick else 400, passes, "1.7, then 3", peer),
             "arena1000": lambda: arena_row(scenes, 1000, 20 if args.quick else 60, passes, "6", peer),
+            "usual1": lambda: arena_row(scenes, 1, 2000, passes, "3", peer, USUAL, 0.005),
+            "usual100": lambda: arena_row(scenes, 100, 40 if args.quick else 100, passes, "3", peer, USUAL, 0.005),
             "growth": lambda: growth(scenes, passes),
             "threads": lambda: threads(scenes, passes),
             "call": lambda: call(folder, passes, peer),

@@ -26,10 +26,10 @@ class Trace:
         return np.array([s[("at", "q", "v", "w").index(what)] for s in self.data[name]])
 
 
-def tatu(program, scene, seconds, dt, substeps, names):
+def tatu(program, scene, seconds, dt, substeps, names, solver="auto"):
     trace = Trace(names)
     with tempfile.TemporaryDirectory() as folder:
-        Path(folder, "s.toml").write_text(scenes.toml(scene, dt, substeps))
+        Path(folder, "s.toml").write_text(scenes.toml(scene, dt, substeps, solver))
         watch = [a for n in names for a in ("--watch", scene.path(n))]
         run = [program, "run", "s.toml", "--json", "--threads", "1", "--seconds", str(seconds)]
         subprocess.run([*run, "--trace", "t.jsonl", *watch], cwd=folder, check=True, capture_output=True)

@@ -3,7 +3,8 @@
     pip install mujoco numpy && pip install --no-deps example-robot-data
     python3 bench/physics/robots.py [PROGRAM ...]
 
-Every program takes turns with MuJoCo, three times; the least time of each counts. Joints hold their targets: 0, or the
+Every program, with `joint_solver` as it chooses and as trees, takes turns with MuJoCo, three times; the least time of
+each counts. Joints hold their targets: 0, or the
 nearest place within their limits. In MuJoCo by a spring (`kp` ten times the limit) with as much damping.
 """
 
@@ -17,7 +18,8 @@ from pathlib import Path
 
 import mujoco
 
-DT, SECONDS = 0.005, 8.0
+DT, SECONDS = 0.005, 24.0
+SOLVERS = ("auto", "tree")
 # File, whether it floats, height of its root.
 ROBOTS = {
     "UR5": ("ur_description/urdf/ur5_robot.urdf", False, 0.0),
@@ -32,9 +34,11 @@ def share():
     return sorted(Path(sys.prefix).glob("lib/python3*/site-packages/cmeel.prefix/share"))[0]
 
 
-def tatu(program, file, floats, height):
+def tatu(program, solver, file, floats, height):
     """Time of a run less that of a shorter one: making the scene does not count."""
     scene = f"""format = 1
+[scene]
+joint_solver = "{solver}"
 [[object]]
 kind = "shape"
 alias = "floor"
@@ -50,13 +54,13 @@ motors = "position"
     spent = []
     with tempfile.TemporaryDirectory() as folder:
         Path(folder, "s.toml").write_text(scene)
-        for seconds in (SECONDS / 2, SECONDS):
+        for seconds in (SECONDS / 4, SECONDS):
             run = [program, "run", str(Path(folder, "s.toml")), "--json", "--threads", "1", "--seconds", str(seconds)]
             before = resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime
             # Meshes are only read below the folder of the run.
             subprocess.run(run, cwd=share(), check=True, capture_output=True)
             spent.append(resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime - before)
-    return (spent[1] - spent[0]) / (SECONDS / 2 / DT) * 1e6
+    return (spent[1] - spent[0]) / (SECONDS * 3 / 4 / DT) * 1e6
 
 
 def of_mujoco(file, floats, height):
@@ -105,13 +109,15 @@ def of_mujoco(file, floats, height):
 def main():
     programs = sys.argv[1:] or ["target/release/tatu"]
     programs = [str(Path(p).resolve()) for p in programs]
-    print("| robot | MuJoCo, µs |", " | ".join(f"{p}, µs | ratio" for p in programs), "|")
-    print("|---|---:|" + "---:|---:|" * len(programs))
+    runs = [(p, s) for p in programs for s in SOLVERS]
+    names = [f"{p if len(programs) > 1 else 'Tatu'}, {s}" for p, s in runs]
+    print("| robot | MuJoCo, µs |", " | ".join(f"{name}, µs | ratio" for name in names), "|")
+    print("|---|---:|" + "---:|---:|" * len(runs))
     for name, (file, floats, height) in ROBOTS.items():
         file = share() / "example-robot-data/robots" / file
         times = []
         for _ in range(3):
-            times.append([of_mujoco(file, floats, height), *(tatu(p, file, floats, height) for p in programs)])
+            times.append([of_mujoco(file, floats, height), *(tatu(*r, file, floats, height) for r in runs)])
         peer, *own = [min(column) for column in zip(*times)]
         print(f"| {name} | {peer:.1f} |", " | ".join(f"{t:.1f} | {peer / t:.3f}" for t in own), "|")
 

@@ -52,9 +52,9 @@ FRAMES = {
 AXES = {"x": "1 0 0", "y": "0 1 0", "z": "0 0 1"}
 
 
-def toml(scene, dt, substeps):
+def toml(scene, dt, substeps, solver):
     out = [f"format = 1\n[scene]\ngravity_m_s2 = {[float(x) for x in scene.gravity]}\n"
-           f"dt_s = 0.05\nphysics_dt_s = {dt}\nphysics_substeps = {substeps}\n"]
+           f"dt_s = 0.05\nphysics_dt_s = {dt}\nphysics_substeps = {substeps}\njoint_solver = '{solver}'\n"]
     if scene.floor:
         out.append("[[object]]\nkind = 'shape'\nalias = 'floor'\nprimitive = 'plane'\nrespondable = true\n")
     for b in scene.bodies:

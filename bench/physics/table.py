@@ -20,6 +20,7 @@ import cases
 import engines
 
 STEPS = (0.01, 0.005, 0.002)
+ENGINES = {"tatu": "Tatu", "trees": "trees", "mujoco": "MuJoCo", "mujoco tuned": "tuned"}
 BEGIN, END = "<!-- table begins: bench/physics/table.py --write -->", "<!-- table ends -->"
 
 
@@ -47,10 +48,13 @@ def measure(program, build):
     scene, seconds, names, error = build()
     rows = {}
     for dt in STEPS:
-        for engine in ("tatu", "mujoco", "mujoco tuned"):
+        for engine in ENGINES:
             def run():
-                if engine == "tatu":
-                    trace = engines.tatu(program, scene, seconds, dt, 4, names)
+                if engine == "trees" and not any(b.parent for b in scene.bodies):
+                    return math.nan, math.nan
+                if engine in ("tatu", "trees"):
+                    solver = "tree" if engine == "trees" else "auto"
+                    trace = engines.tatu(program, scene, seconds, dt, 4, names, solver)
                 else:
                     trace = engines.of_mujoco(scene, seconds, dt, engine != "mujoco", names)
                 return float(error(trace)), trace.cost
@@ -64,13 +68,13 @@ def main():
     parser.add_argument("--write", action="store_true")
     parser.add_argument("--only", default="")
     options = parser.parse_args()
-    heads = [f"{e} {1e3 * dt:g} ms" for e in ("Tatu", "MuJoCo", "tuned") for dt in STEPS]
+    heads = [f"{e} {1e3 * dt:g} ms" for e in ENGINES.values() for dt in STEPS]
     lines = ["| case | | " + " | ".join(heads) + " |", "|---|---|" + "---:|" * len(heads)]
     for name, unit, build in cases.ALL:
         if options.only not in name:
             continue
         rows = measure(options.program, build)
-        order = [(e, dt) for e in ("tatu", "mujoco", "mujoco tuned") for dt in STEPS]
+        order = [(e, dt) for e in ENGINES for dt in STEPS]
         lines.append(f"| {name} | {unit} | " + " | ".join(shown(rows[k][0]) for k in order) + " |")
         lines.append("| | ms/s | " + " | ".join(cost(rows[k][1]) for k in order) + " |")
         print(*lines[-2:], sep="\n", file=sys.stderr)
