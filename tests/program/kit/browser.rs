@@ -220,7 +220,7 @@ impl Page {
 
     /// Waits until an expression is true.
     pub fn until(&mut self, expression: &str) {
-        wait_for(expression, Duration::from_secs(30), || (self.js(expression) == json!(true)).then_some(()));
+        wait_for(expression, Duration::from_secs(90), || (self.js(expression) == json!(true)).then_some(()));
     }
 }
 
