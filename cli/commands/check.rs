@@ -26,7 +26,8 @@ pub fn check(args: &Check) -> ExitCode {
             lacks = warnings.map(|r| r.text.clone()).collect();
             let world = World::new(document, registry)?;
             // Printed only if the scene would start.
-            if let Some(json) = described {
+            if let Some(mut json) = described {
+                add_mechanisms(&mut json, &world);
                 report::out!("{json}");
             }
             Ok(world)
@@ -78,6 +79,15 @@ fn shortened(text: &str) -> String {
 
 /// Most characters of a report in the summary.
 const LONGEST: usize = 120;
+
+/// Adds the solver of each mechanism, by the path of its first shape.
+fn add_mechanisms(json: &mut Json, world: &World) {
+    let solvers: serde_json::Map<String, Json> =
+        world.mechanisms().into_iter().map(|(path, solver)| (path, json!(solver))).collect();
+    if let Some(map) = json.as_object_mut().filter(|_| !solvers.is_empty()) {
+        map.insert("mechanisms".into(), Json::Object(solvers));
+    }
+}
 
 /// Describes the file: its importer's description, if it provides one, with the file's name and a report.
 fn described(args: &Check, document: &Document) -> Json {

@@ -132,7 +132,7 @@ fn joints_and_bodies_may_go_while_it_moves() {
         end",
     );
     let done =
-        Place::scene(&(scene + &script)).run(&["--seconds", "2", "--watch", &joints[1], "--trace", "t.jsonl"]).good();
+        scene_of(&(scene + &script)).run(&["--seconds", "2", "--watch", &joints[1], "--trace", "t.jsonl"]).good();
     assert!(done.json()["errors"].as_array().unwrap().is_empty(), "{last}: {}", done.err);
 }
 

@@ -2,6 +2,12 @@
 //!
 //! The bounds are those that the page states; measured values, also on the page, are well within them.
 
+/// Keys of `[scene]` that all scenes get.
+const SETTINGS: &str = "";
+
+/// The solver of vehicles.
+const VEHICLES: &str = "auto";
+
 #[path = "../program/kit/base.rs"]
 #[allow(dead_code, reason = "shared with the tests of the program")]
 mod kit;

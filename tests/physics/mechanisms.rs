@@ -126,7 +126,7 @@ fn limit() {
 /// Everything combined: the same bits on 1, 2 and 4 threads, and after a snapshot.
 #[test]
 fn all_kinds_have_the_same_bits_on_any_number_of_threads() {
-    let place = Place::scene(&everything());
+    let place = scene_of(&everything());
     let hash = |args: &[&str]| place.run(&[&["--seconds", "4"], args].concat()).good().json()["hash"].clone();
     let one = hash(&["--threads", "1"]);
     assert_eq!(one, hash(&["--threads", "2"]));

@@ -9,7 +9,12 @@ pub const G: f64 = 9.81;
 /// Runs a scene, whose text begins within the table `[scene]`, and watches these objects.
 #[track_caller]
 pub fn watch_run(scene: &str, watch: &[&str], seconds: f64) -> Vec<Line> {
-    Place::scene(scene).trace(watch, &["--seconds", &seconds.to_string()])
+    scene_of(scene).trace(watch, &["--seconds", &seconds.to_string()])
+}
+
+/// Returns a folder with a scene, whose text begins within the table `[scene]`.
+pub fn scene_of(text: &str) -> Place {
+    Place::scene(&format!("{}{text}", crate::SETTINGS))
 }
 
 pub fn floor(friction: f64) -> String {

@@ -9,7 +9,8 @@ const TRACK: f64 = 0.331;
 fn drive(left: f64, right: f64, seconds: f64, watch: &[&str]) -> Vec<Line> {
     let wheels = format!(
         "[model.set]\n\"Pioneer_p3dx_leftMotor.target_velocity_rad_s\" = {left:?}\n\
-         \"Pioneer_p3dx_rightMotor.target_velocity_rad_s\" = {right:?}\n"
+         \"Pioneer_p3dx_rightMotor.target_velocity_rad_s\" = {right:?}\n\"Pioneer_p3dx.joint_solver\" = \"{}\"\n",
+        crate::VEHICLES
     );
     watch_run(&format!("{}[[model]]\nmodel = \"pioneer_p3dx\"\n{wheels}", floor(1.0)), watch, seconds)
 }

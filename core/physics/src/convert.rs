@@ -32,6 +32,11 @@ pub(super) fn pose_back(p: &Pose) -> Isometry3<f64> {
     )
 }
 
+/// Returns a rotation as it is, without making it a unit again.
+pub(super) fn rotation_back(q: &Rotation) -> UnitQuaternion<f64> {
+    UnitQuaternion::new_unchecked(Quaternion::new(q.w, q.x, q.y, q.z))
+}
+
 pub(super) fn mass(m: &MassProps) -> MassProperties {
     let i: &Matrix3<f64> = &m.inertia;
     // If the inertia is diagonal, it is used as given, which avoids rounding errors of a search for principal axes.

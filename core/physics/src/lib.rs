@@ -109,6 +109,13 @@ pub struct Surface {
     pub material: u32,
 }
 
+impl Surface {
+    /// Returns whether the surface has friction that depends on direction, or resists rolling or spinning.
+    pub fn is_special(&self) -> bool {
+        self.axis.is_some() || self.rolling_friction > 0.0 || self.spinning_friction > 0.0
+    }
+}
+
 /// Friction and restitution of a pair of materials; they override those of the bodies.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct MaterialPair {
@@ -211,6 +218,9 @@ pub enum JointForm {
     Reduced,
     /// Impulses pull its bodies together: cheap, but soft under load.
     Impulse,
+    /// The links of a tree, solved by `tatu_mechanisms` beside the engine: as exact as [`JointForm::Reduced`], at a cost
+    /// that grows with the number of joints times their depth. Not for screws, gears and loops.
+    Tree,
     /// Impulses close a loop between bodies that other joints, of either form, already connect.
     Loop,
 }

@@ -6,13 +6,14 @@
 //! - Work is shared among the threads of the calling rayon pool: `pool.install(|| engine.advance(5))`. The bits of the
 //!   result do not depend on the number of threads.
 //!
-//! `tuning` has the parameters of the solver. `state` is the engine's complete state, `records` its data for each body and joint, `shapes` a cache of shapes.
-//! `bodies` creates bodies and colliders, `joints` creates joints, `drives` updates their drives, `reduced` implements
-//! joints in reduced coordinates, `gears` couples joints, `load` computes their loads, `respond` decides which bodies
-//! collide, `grip` implements anisotropic and rolling friction, `overlap` separates bodies that were created
-//! overlapping, `curved` lets cylinders roll, `report` reads contacts, `velocity` computes velocities, `spin`
-//! integrates gyroscopic motion, `sleep` decides which bodies may sleep, `turns` counts whole turns, `push` applies
-//! forces for a single step, and `snapshot` saves and restores the state.
+//! `tuning` has the parameters of the solver. `state` is the engine's complete state, `records` its data for each body
+//! and joint, `shapes` a cache of shapes. `bodies` creates bodies and colliders, `joints` creates joints, `drives`
+//! updates their drives, `reduced` implements joints in reduced coordinates, `gears` couples joints, `load` computes
+//! their loads, `respond` decides which bodies collide, `grip` implements anisotropic and rolling friction, `overlap`
+//! separates bodies that were created overlapping, `curved` lets cylinders roll, `report` reads contacts, `velocity`
+//! computes velocities, `spin` integrates gyroscopic motion, `trees` solves mechanisms without rapier, `sleep` decides
+//! which bodies may sleep, `turns` counts whole turns, `push` applies forces for a single step, and `snapshot` saves
+//! and restores the state.
 
 mod bodies;
 mod curved;
@@ -34,6 +35,7 @@ mod spin;
 mod state;
 #[cfg(test)]
 mod tests;
+mod trees;
 mod tuning;
 mod turns;
 mod velocity;
@@ -44,7 +46,7 @@ use rapier3d::{
     math::{Pose, Vector},
     pipeline::PhysicsWorld,
 };
-use records::{Held, JointRecord, Measured, Memory};
+use records::{Held, JointRecord, Measured, Memory, Tied};
 use respond::PairFilter;
 use shapes::ShapeCache;
 pub use state::Rapier;
@@ -136,22 +138,30 @@ impl Engine for Rapier {
         if a.handle == b.handle {
             return None;
         }
+        self.give_back(desc.a);
+        self.give_back(desc.b);
         let zero = turns::zero(desc);
         let frame_a = a.local_pose(&desc.frame_in_a);
         let frames = (turns::turned(frame_a, zero), b.local_pose(&desc.frame_in_b));
         let (mass_a, mass_b) = (self.world.bodies[a.handle].mass(), self.world.bodies[b.handle].mass());
-        let form = if matches!(desc.kind, JointKind::Screw(_)) { JointForm::Reduced } else { desc.form };
+        let crowd = self.crowd_of(desc);
+        let reduced = crowd.is_some() || matches!(desc.kind, JointKind::Screw(_));
+        let form = if reduced { JointForm::Reduced } else { desc.form };
         let reduced = match form {
             JointForm::Reduced => self.add_reduced(desc, joints::build(desc, frames, zero)),
-            JointForm::Impulse | JointForm::Loop => None,
+            JointForm::Tree | JointForm::Impulse | JointForm::Loop => None,
         };
-        let uneven = reduced.is_none() && mass_a.max(mass_b) > UNEVEN * mass_a.min(mass_b);
+        let tree = form == JointForm::Tree && self.may_join_tree(desc);
+        let uneven = reduced.is_none() && !tree && mass_a.max(mass_b) > UNEVEN * mass_a.min(mass_b);
         self.prepare_for_joint(desc.a, uneven);
         self.prepare_for_joint(desc.b, uneven);
         let held = reduced.map_or_else(
             || {
-                // A joint that cannot be in reduced form closes a loop.
-                let form = if desc.form == JointForm::Reduced { JointForm::Loop } else { desc.form };
+                if tree {
+                    return Held::Tree(Tied::default());
+                }
+                // A joint that cannot be in reduced form, or in a tree, closes a loop.
+                let form = if desc.form == JointForm::Impulse { JointForm::Impulse } else { JointForm::Loop };
                 let desc = JointDesc { form, ..desc.clone() };
                 Held::Impulse(self.world.insert_impulse_joint(a.handle, b.handle, joints::build(&desc, frames, zero)))
             },
@@ -178,16 +188,24 @@ impl Engine for Rapier {
             changed: false,
         };
         self.tables.joints_changed = true;
+        if tree {
+            self.tables.mechanisms_changed = true;
+            self.take_body(desc.a);
+            self.take_body(desc.b);
+        }
         if turns::is_wide(&record) {
             self.tables.winding.push(id);
         }
         if desc.passive.no_load_speed > 0.0 {
             self.tables.weakening.push(id);
         }
-        if reduced.is_none() && desc.passive.damping > 0.0 {
+        if reduced.is_none() && !tree && desc.passive.damping > 0.0 {
             mark(&mut self.tables.changed, id, &mut record);
         }
         self.tables.joints.push(Some(record));
+        if let Some(crowd) = crowd {
+            self.grow_crowd(crowd, id, desc.b);
+        }
         Some(id)
     }
 
@@ -201,6 +219,11 @@ impl Engine for Rapier {
         match record.held {
             Held::Impulse(handle) => drop(self.world.remove_impulse_joint(handle)),
             Held::Reduced(reduced) => self.remove_reduced(&record, reduced),
+            Held::Tree(_) => {
+                self.tables.mechanisms_changed = true;
+                self.return_body(record.bodies.0);
+                self.return_body(record.bodies.1);
+            }
         }
         self.free_from_joint(record.bodies.0);
         self.free_from_joint(record.bodies.1);
@@ -296,6 +319,11 @@ impl Engine for Rapier {
         if !finite(&force) || !finite(&torque) {
             return self.freeze(body);
         }
+        if self.record(body).is_some_and(|r| r.in_tree) {
+            let sum = self.tables.loads.entry(body).or_default();
+            (sum.force, sum.torque) = (sum.force + force, sum.torque + torque);
+            return;
+        }
         let pushed = &mut self.world.bodies[handle];
         pushed.add_force(convert::vector(&force), true);
         pushed.add_torque(convert::vector(&torque), true);
@@ -304,6 +332,8 @@ impl Engine for Rapier {
 
     fn advance_part(&mut self, step: u32, steps: u32, before: Option<&mut BeforeStep<'_>>) {
         self.move_kinematic(f64::from(step + 1) / f64::from(steps));
+        self.adopt();
+        self.arrange_trees();
         self.find_coordinates();
         if self.tables.springs_changed {
             self.set_springs();
@@ -332,6 +362,7 @@ impl Engine for Rapier {
         let Tables { pairs, surfaces, materials, partings, .. } = &self.tables;
         self.world.step_with_events(&PairFilter { pairs, surfaces, materials, partings, deepest }, &());
         self.follow_overlaps();
+        self.step_trees();
         self.measure_loads();
         self.spin_on(spun);
         self.take_back(carried);
@@ -342,6 +373,7 @@ impl Engine for Rapier {
             return;
         }
         self.keep_awake();
+        self.tables.loads.clear();
         self.tables.moving.clear();
         let mut pushed = std::mem::take(&mut self.tables.pushed);
         for id in pushed.drain(..) {
@@ -409,6 +441,7 @@ impl Engine for Rapier {
             (Drive::Free, _) => 0.0,
             (_, Held::Reduced(reduced)) if velocity != 0.0 => reduced.effort + record.folded.copysign(velocity),
             (_, Held::Reduced(reduced)) => reduced.effort,
+            (_, Held::Tree(tied)) => tied.effort,
             // Rapier's impulses have the opposite sign: they slow the second body down.
             (_, Held::Impulse(handle)) => {
                 let joint = self.world.impulse_joints.get(*handle);
@@ -420,7 +453,7 @@ impl Engine for Rapier {
     }
 
     fn contacts(&self, out: &mut Vec<Contact>) {
-        report::contacts(&self.world, out);
+        report::contacts(&self.world, &self.tables.touches, out);
     }
 
     fn quarantined(&mut self) -> Vec<BodyId> {

@@ -37,6 +37,7 @@ pub use drive::Drive;
 pub use dynamics::{AfterStep, Dynamics, Hooks, mass_props};
 pub use forms::{collision_parts, default_inertia, default_mass, is_endless, visible_parts};
 pub use mechanics::mechanics;
+pub use mechanisms::solvers;
 pub use moves::Moves;
 pub use names::{ALIAS, is_alias};
 pub use object::{

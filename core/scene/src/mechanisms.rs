@@ -1,8 +1,9 @@
 //! The choice of solver for the joints of each mechanism.
 //!
 //! A mechanism consists of everything attached to a root body by joints and force sensors. Reduced coordinates are
-//! exact under any load; impulses are cheaper but soft. Impulses suffice for a vehicle: its wheels turn about axes
-//! through their centres of mass, so the joints carry no torque, and swivel or steering axes are upright.
+//! exact under any load, whether the engine solves them or a tree of links; impulses are cheaper but soft. Impulses
+//! suffice for a vehicle: its wheels turn about axes through their centres of mass, so the joints carry no torque, and
+//! swivel or steering axes are upright.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -23,10 +24,42 @@ const UPRIGHT: f64 = 0.9;
 /// Maximum number of joints between a vehicle and a wheel: a caster has two.
 const DEEPEST: u32 = 2;
 
+/// The forms of all mechanisms, by their root shapes, each with the reason.
+struct Forms {
+    ties: BTreeMap<u32, (u32, u32)>,
+    of_root: BTreeMap<u32, (JointForm, &'static str)>,
+}
+
 /// Returns the form of each tie, by the shape below it.
 pub(super) fn forms(scene: &Scene) -> BTreeMap<u32, JointForm> {
+    let Forms { ties, of_root } = choose(scene);
+    let of = |child: u32| of_root.get(&root(&ties, child).0).map(|(form, _)| *form).unwrap_or_default();
+    ties.keys().map(|child| (*child, of(*child))).collect()
+}
+
+/// Returns the solver of the mechanism that a shape belongs to, and why; empty if it belongs to none.
+pub(crate) fn solver_used(scene: &Scene, slot: u32) -> String {
+    let Forms { ties, of_root } = choose(scene);
+    of_root.get(&root(&ties, slot).0).map_or_else(String::new, described)
+}
+
+/// Returns the paths of the first shapes of all mechanisms, each with its solver and why, in order of objects.
+pub fn solvers(scene: &Scene) -> Vec<(String, String)> {
+    choose(scene).of_root.iter().map(|(root, choice)| (scene.path(*root), described(choice))).collect()
+}
+
+fn described((form, why): &(JointForm, &'static str)) -> String {
+    let name = match form {
+        JointForm::Reduced => JointSolver::Reduced.name(),
+        JointForm::Impulse | JointForm::Loop => JointSolver::Impulse.name(),
+        JointForm::Tree => JointSolver::Tree.name(),
+    };
+    format!("{name}: {why}")
+}
+
+fn choose(scene: &Scene) -> Forms {
     let ties: BTreeMap<u32, (u32, u32)> = scene.slots().filter_map(|(s, _)| Some((s, tie_of(scene, s)?))).collect();
-    let mut of_root: BTreeMap<u32, JointForm> = BTreeMap::new();
+    let mut of_root = BTreeMap::new();
     let mut light: BTreeMap<u32, bool> = BTreeMap::new();
     let leads: BTreeSet<u32> = ties.values().map(|(above, _)| *above).collect();
     let mut coupled: BTreeSet<u32> = BTreeSet::new();
@@ -40,20 +73,54 @@ pub(super) fn forms(scene: &Scene) -> BTreeMap<u32, JointForm> {
         let wheels = light.entry(root).or_insert(true);
         *wheels &= depth <= DEEPEST && is_light(scene, *tie, *child, !leads.contains(child));
     }
+    let unfit = unfit_for_trees(scene, &ties);
     for (root, vehicle) in light {
-        let form = match scene.get(root).and_then(|o| o.shape()).map(|s| s.joint_solver) {
-            // Coordinates can be coupled only in reduced form.
-            _ if coupled.contains(&root) => JointForm::Reduced,
-            // In reduced coordinates, a body that is moved from outside has no velocity.
-            _ if motion_of(scene, root) == Some(Motion::Kinematic) => JointForm::Impulse,
-            Some(JointSolver::Reduced) => JointForm::Reduced,
-            Some(JointSolver::Impulse) => JointForm::Impulse,
-            _ if vehicle && motion_of(scene, root) == Some(Motion::Dynamic) => JointForm::Impulse,
-            _ => JointForm::Reduced,
+        let own = scene.get(root).and_then(|o| o.shape()).map(|s| s.joint_solver).unwrap_or_default();
+        let moves = motion_of(scene, root);
+        let tree = |why: &'static str| match unfit.get(&root) {
+            Some(unfit) => (JointForm::Reduced, *unfit),
+            None => (JointForm::Tree, why),
         };
-        of_root.insert(root, form);
+        let choice = match own {
+            // Coordinates can be coupled only in reduced form.
+            _ if coupled.contains(&root) => (JointForm::Reduced, "gears or screws couple its joints"),
+            // In reduced coordinates, a body that is moved from outside has no velocity.
+            _ if moves == Some(Motion::Kinematic) => (JointForm::Impulse, "its first shape is moved from outside"),
+            JointSolver::Tree => tree("its own joint_solver"),
+            JointSolver::Reduced => (JointForm::Reduced, "its own joint_solver"),
+            JointSolver::Impulse => (JointForm::Impulse, "its own joint_solver"),
+            _ if vehicle && moves == Some(Motion::Dynamic) => {
+                (JointForm::Impulse, "a vehicle: its wheels turn about their centres of mass")
+            }
+            _ if scene.joint_solver == JointSolver::Tree => tree("the scene's joint_solver"),
+            _ => (JointForm::Reduced, "no vehicle with centred wheels"),
+        };
+        of_root.insert(root, choice);
     }
-    ties.keys().map(|child| (*child, of_root.get(&root(&ties, *child).0).copied().unwrap_or_default())).collect()
+    Forms { ties, of_root }
+}
+
+/// Returns the root shapes of mechanisms that cannot be trees of links, with the reason: loops need constraints between
+/// links, and special surfaces have constraints in the engine.
+fn unfit_for_trees(scene: &Scene, ties: &BTreeMap<u32, (u32, u32)>) -> BTreeMap<u32, &'static str> {
+    let mut unfit = BTreeMap::new();
+    for dummy in dynamics::links(scene).into_iter().flat_map(|(a, b)| [a, b]) {
+        let mut at = scene.get(dummy).map(|o| o.parent);
+        while let Some((slot, o)) = at.and_then(|slot| Some((slot, scene.get(slot)?))) {
+            if motion_of(scene, slot).is_some() {
+                unfit.insert(root(ties, slot).0, "linked dummies close a loop");
+                break;
+            }
+            at = Some(o.parent);
+        }
+    }
+    for (child, (above, _)) in ties {
+        let special = |slot: u32| scene.get(slot).and_then(|o| o.shape()).is_some_and(|s| s.surface.is_special());
+        if special(*child) || special(*above) {
+            unfit.insert(root(ties, *child).0, "a surface with axis, rolling or spinning friction");
+        }
+    }
+    unfit
 }
 
 /// Returns the root shape of the mechanism, and the number of joints in between.

@@ -120,7 +120,8 @@ rows! {
     Restitution "shape.restitution" SHAPE, TATU_F64 0 None, Rebuilds FREE, "Restitution, 0 to 1; default 0.";
     Detectable "shape.detectable" SHAPE, TATU_BOOL 0 None, Rebuilds FREE, "Whether beams see it; default true, false for planes.";
     DetectableMask "shape.detectable_mask" SHAPE, TATU_I64 0 None, Rebuilds FREE, "Which beams see it, if it is detectable: those that have a bit in common with it (TATU_WAVES_* in tatu.h); default 65535.";
-    JointSolver "shape.joint_solver" SHAPE, TATU_TEXT 0 None, Rebuilds &["auto", "reduced", "impulse"], "How the joints of a mechanism are held together, set on its first shape: `reduced` cannot come apart, `impulse` is cheaper and softer; `auto`: impulse for wheeled vehicles, otherwise reduced; default auto.";
+    JointSolverUsed "shape.joint_solver_used" SHAPE, TATU_TEXT 0 None, ReadOnly FREE, "The solver of the mechanism that it belongs to, and why, such as `tree: its own joint_solver`; empty if it has no joints.";
+    JointSolver "shape.joint_solver" SHAPE, TATU_TEXT 0 None, Rebuilds &["auto", "reduced", "impulse", "tree"], "How the joints of a mechanism are held together, set on its first shape: `reduced` cannot come apart, `impulse` is cheaper and softer, `tree` is as exact as reduced and many times faster, but not for loops, gears and screws, for which reduced is taken; `auto`: impulse for wheeled vehicles, otherwise reduced; default auto.";
     Bullet "shape.bullet" SHAPE, TATU_BOOL 0 None, Rebuilds FREE, "Whether it cannot pass through other moving shapes, however fast it is; no shape passes through shapes that do not move; default false.";
     InitialVelocity "shape.initial_velocity" SHAPE, TATU_F64S 3 Some("m/s"), Rebuilds FREE, "Velocity of its centre of mass at the start, in the world; default 0 0 0.";
     InitialAngularVelocity "shape.initial_angular_velocity" SHAPE, TATU_F64S 3 Some("rad/s"), Rebuilds FREE, "Angular velocity at the start, in the world; default 0 0 0.";
@@ -210,6 +211,7 @@ rows! {
     PhysicsSubsteps "scene.physics_substeps" WORLD, TATU_I64 0 None, ReadOnly FREE, "Sub-steps of a physics step in which velocities are solved, 1 to 64; default 4.";
     Sleep "scene.sleep" WORLD, TATU_BOOL 0 None, ReadOnly FREE, "Whether bodies that rest on something may sleep until they are touched; default true.";
     FrictionRule "scene.friction_rule" WORLD, TATU_TEXT 0 None, ReadOnly &["product", "mean", "least", "greatest"], "How the friction of a pair is computed from both shapes' coefficients: their product, mean, or the least or greatest of the two; default product.";
+    SceneJointSolver "scene.joint_solver" WORLD, TATU_TEXT 0 None, ReadOnly &["auto", "tree"], "The solver of mechanisms whose own `joint_solver` is `auto`: with `tree`, those that `auto` would put in reduced form are solved as trees of links; default auto.";
     FrictionPairs "scene.friction_pairs" WORLD, TATU_LIST 0 None, ReadOnly FREE, "Friction by material, in place of the shapes' own: lists of two materials, friction, and optionally restitution; default: none.";
     ContactSpring "scene.contact_spring" WORLD, TATU_F64S 2 None, ReadOnly FREE, "Natural frequency, Hz, and damping ratio of contacts, at most what a sub-step can carry (0.15 of its rate, 0.3 with objects that do not move); default 120 Hz (240 Hz) and 5.";
     Step "scene.step" WORLD, TATU_I64 0 None, ReadOnly FREE, "Number of the step, from 0.";

@@ -6,7 +6,7 @@ use nalgebra::Isometry3;
 use serde::{Deserialize, Serialize};
 use tatu_plugin_api::abi::{tatu_object, tatu_slot};
 
-use super::{Data, FrictionPair, Object, moves::Moves, name_index::NameIndex, transforms::Transforms};
+use super::{Data, FrictionPair, JointSolver, Object, moves::Moves, name_index::NameIndex, transforms::Transforms};
 
 /// Minimum number of free slots before one is reused: a handle stored by a script stays invalid for this many removals.
 /// Free slots cost some memory but no time.
@@ -62,6 +62,8 @@ pub struct Scene {
     pub sensor_version: u64,
     /// Friction and restitution by pairs of materials.
     pub friction_pairs: Vec<FrictionPair>,
+    /// The solver of mechanisms that leave the choice to the scene.
+    pub joint_solver: JointSolver,
     /// Custom data of the world itself, by tag.
     pub notes: BTreeMap<Vec<u8>, Vec<u8>>,
     #[serde(skip)]
@@ -78,6 +80,7 @@ impl Default for Scene {
     fn default() -> Self {
         Scene {
             friction_pairs: Vec::new(),
+            joint_solver: JointSolver::Auto,
             slots: vec![Slot { object: None, last: String::new() }],
             places: Transforms::default(),
             free: VecDeque::new(),

@@ -27,6 +27,8 @@ fn files_are_read_as_an_independent_reader_does() {
         let mut found = done.json();
         assert!(found["report"].is_array(), "{}: no report", file.display());
         found.as_object_mut().unwrap().remove("report");
+        // the solvers of mechanisms are chosen here, not in the file
+        found.as_object_mut().unwrap().remove("mechanisms");
         let differs: Vec<&String> =
             wanted.as_object().unwrap().iter().filter(|(k, v)| found.get(*k) != Some(*v)).map(|(k, _)| k).collect();
         assert!(differs.is_empty() && found == wanted, "{}: {differs:?} differ", file.display());

@@ -39,6 +39,7 @@ impl Rapier {
             com,
             joints: 0,
             uneven: false,
+            in_tree: false,
         };
         let mut builder =
             builder.user_data(u128::from(id.0)).allow_fast_rotation(true).gyroscopic_forces_enabled(false);
@@ -200,6 +201,9 @@ impl Rapier {
         for joint in gone {
             self.remove_joint(joint);
         }
+        self.give_back(body);
+        self.tables.loads.remove(&body);
+        self.forget_contacts(body);
         self.release(body);
         self.world.remove_body(record.handle);
         self.tables.bodies[body.0 as usize] = None;
@@ -229,6 +233,7 @@ impl Rapier {
             self.tables.moved.push(body);
             self.forget_velocity(body);
             if record.motion == Motion::Static && record.joints > 0 {
+                self.move_trees(body);
                 self.move_anchors(body, &pose);
             }
             return;

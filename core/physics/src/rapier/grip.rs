@@ -28,13 +28,6 @@ struct Touch {
     friction: f64,
 }
 
-impl Surface {
-    /// Returns whether the surface needs separate constraints.
-    fn grips(&self) -> bool {
-        self.axis.is_some() || self.rolling_friction > 0.0 || self.spinning_friction > 0.0
-    }
-}
-
 impl Rapier {
     /// Updates the constraints before a step: adds them where special surfaces touch something, and removes them
     /// elsewhere.
@@ -57,7 +50,7 @@ impl Rapier {
 
     fn touches(&self) -> BTreeMap<(BodyId, BodyId), Touch> {
         let mut all: BTreeMap<(BodyId, BodyId), Touch> = BTreeMap::new();
-        for (id, surface) in self.tables.surfaces.iter().filter(|(_, s)| s.grips()) {
+        for (id, surface) in self.tables.surfaces.iter().filter(|(_, s)| s.is_special()) {
             let Some(handle) = self.record(*id).map(|r| r.handle) else { continue };
             for collider in self.world.bodies[handle].colliders() {
                 for contact in self.world.narrow_phase.contact_pairs_with(*collider) {
@@ -66,7 +59,7 @@ impl Rapier {
                     let (Some(a), Some(b)) = (of(contact.collider1), of(contact.collider2)) else { continue };
                     let other = if a == *id { b } else { a };
                     // If both surfaces are special, the pair is found twice.
-                    let twice = other < *id && self.tables.surfaces.get(&other).is_some_and(Surface::grips);
+                    let twice = other < *id && self.tables.surfaces.get(&other).is_some_and(Surface::is_special);
                     if twice || a == b {
                         continue;
                     }

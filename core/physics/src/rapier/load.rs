@@ -77,8 +77,9 @@ impl Rapier {
 
     fn pushes(&self, ids: &[BodyId]) -> (Vector, Vector) {
         self.bodies(ids).fold((Vector::ZERO, Vector::ZERO), |(f, m), body| {
-            let force = self.world.gravity * body.mass() * body.gravity_scale() + body.user_force();
-            (f + force, m + body.center_of_mass().cross(force) + body.user_torque())
+            let (force, torque) = self.tree_load(BodyId(body.user_data as u32));
+            let force = force + self.world.gravity * body.mass() * body.gravity_scale() + body.user_force();
+            (f + force, m + body.center_of_mass().cross(force) + torque + body.user_torque())
         })
     }
 
@@ -86,7 +87,8 @@ impl Rapier {
     fn contact_forces(&self, ids: &[BodyId]) -> (Vector, Vector) {
         let (mut force, mut moment) = (Vector::ZERO, Vector::ZERO);
         for id in ids {
-            let Some(handle) = self.record(*id).map(|r| r.handle) else { continue };
+            // rapier has no forces of bodies that trees move
+            let Some(handle) = self.record(*id).filter(|r| !r.in_tree).map(|r| r.handle) else { continue };
             for collider in self.world.bodies[handle].colliders() {
                 for pair in self.world.narrow_phase.contact_pairs_with(*collider) {
                     let first = pair.collider1 == *collider;
@@ -96,13 +98,27 @@ impl Rapier {
                     }
                     let PairContacts::Rigid(rigid) = &pair.contacts else { continue };
                     for manifold in rigid.solver_manifolds() {
-                        let Some(face) = report::face(&self.world, pair, manifold) else { continue };
+                        let Some(face) = report::face(&self.world, pair, manifold).filter(|f| f.force > 0.0) else {
+                            continue;
+                        };
                         let on_second = manifold.data.normal * face.force + face.friction;
                         let f = if first { -on_second } else { on_second };
                         (force, moment) = (force + f, moment + face.point.cross(f));
                     }
                 }
             }
+        }
+        for touch in &self.tables.touches {
+            let below = |id: BodyId| ids.contains(&id);
+            let own = |id: BodyId| below(id) && self.record(id).is_some_and(|r| r.in_tree);
+            let (first, second) = touch.bodies;
+            let sign = match (own(first) && !below(second), own(second) && !below(first)) {
+                (true, _) => -1.0,
+                (_, true) => 1.0,
+                _ => continue,
+            };
+            let f = convert::vector(&((touch.normal * touch.force + touch.friction) * sign));
+            (force, moment) = (force + f, moment + convert::vector(&touch.point).cross(f));
         }
         (force, moment)
     }

@@ -5,7 +5,10 @@ use rapier3d::{
     math::Vector,
 };
 
-use super::state::{Rapier, finite};
+use super::{
+    state::{Rapier, finite},
+    trees::records::Load,
+};
 use crate::{Motion, Push, convert};
 
 /// The forces on a body before the forces of a single step are added to them; they act in all steps of the advance.
@@ -31,6 +34,10 @@ impl Rapier {
             };
             if !finite(&push.force) || !finite(&push.torque) {
                 self.freeze(push.body);
+                continue;
+            }
+            if self.record(push.body).is_some_and(|r| r.in_tree) {
+                self.tables.step_loads.push((push.body, Load { force: push.force, torque: push.torque }));
                 continue;
             }
             let body = &mut self.world.bodies[handle];

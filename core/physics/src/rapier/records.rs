@@ -24,6 +24,8 @@ pub(super) struct BodyRecord {
     pub joints: u32,
     /// Whether its principal moments of inertia differ.
     pub uneven: bool,
+    /// Whether a tree moves it, so that rapier sees it as kinematic: see [`super::trees`].
+    pub in_tree: bool,
 }
 
 impl BodyRecord {
@@ -91,9 +93,23 @@ pub(super) struct JointRecord {
 pub(super) enum Held {
     Impulse(ImpulseJointHandle),
     Reduced(Reduced),
+    Tree(Tied),
+}
+
+/// A joint of a tree.
+#[derive(Clone, Copy, Default, Serialize, Deserialize)]
+pub(super) struct Tied {
+    /// Effort of its drive, averaged over the last step, N m or N.
+    pub effort: f64,
 }
 
 impl JointRecord {
+    pub fn tied(&self) -> Option<&Tied> {
+        if let Held::Tree(t) = &self.held { Some(t) } else { None }
+    }
+    pub fn tied_mut(&mut self) -> Option<&mut Tied> {
+        if let Held::Tree(t) = &mut self.held { Some(t) } else { None }
+    }
     pub fn reduced(&self) -> Option<&Reduced> {
         if let Held::Reduced(r) = &self.held { Some(r) } else { None }
     }
@@ -105,6 +121,7 @@ impl JointRecord {
         match self.held {
             Held::Impulse(handle) => Some(handle),
             Held::Reduced(r) => r.motor,
+            Held::Tree(_) => None,
         }
     }
 }

@@ -7,17 +7,31 @@ use rapier3d::{
     pipeline::PhysicsWorld,
 };
 
-use super::respond::Tag;
+use super::{
+    respond::{IN_TREE, Tag},
+    trees::records::Touch,
+};
 use crate::{BodyId, Contact, convert};
 
-pub(super) fn contacts(world: &PhysicsWorld, out: &mut Vec<Contact>) {
+pub(super) fn contacts(world: &PhysicsWorld, touches: &[Touch], out: &mut Vec<Contact>) {
     out.clear();
-    for pair in world.narrow_phase.contact_pairs() {
+    for pair in world.narrow_phase.contact_pairs().filter(|p| is_solved(world, p)) {
         let PairContacts::Rigid(rigid) = &pair.contacts else {
             continue;
         };
         out.extend(rigid.solver_manifolds().iter().filter_map(|m| contact(world, pair, m)));
     }
+    out.extend(touches.iter().map(|t| {
+        let (swap, (a, b)) = (t.bodies.0 > t.bodies.1, t.bodies);
+        let sign = if swap { -1.0 } else { 1.0 };
+        Contact {
+            bodies: if swap { (b, a) } else { (a, b) },
+            point: t.point.into(),
+            normal: t.normal * sign,
+            force: t.force,
+            friction: t.friction * sign,
+        }
+    }));
     // Rapier's order of pairs depends on earlier steps. This is a total order without allocation; contacts of the same
     // pair of bodies are sorted by position.
     out.sort_unstable_by(|l, r| {
@@ -26,6 +40,13 @@ pub(super) fn contacts(world: &PhysicsWorld, out: &mut Vec<Contact>) {
         let by_place = places.map(|(a, b)| a.total_cmp(&b)).find(|o| o.is_ne());
         l.bodies.cmp(&r.bodies).then(by_place.unwrap_or(std::cmp::Ordering::Equal))
     });
+}
+
+/// Returns whether rapier alone solves a pair, because no tree moves either body.
+fn is_solved(world: &PhysicsWorld, pair: &ContactPair) -> bool {
+    let body = |c| world.colliders.get(c).and_then(|c| world.bodies.get(c.parent()?));
+    let bodies = [pair.collider1, pair.collider2].map(body);
+    bodies.iter().flatten().all(|b| b.user_data & IN_TREE == 0)
 }
 
 /// Returns the body of a collider.

@@ -32,6 +32,9 @@ impl Tag {
     }
 }
 
+/// Set in the user data of bodies that trees move.
+pub(super) const IN_TREE: u128 = 1 << 64;
+
 /// Maximum friction of a pair, as in Bullet. A higher one would only add a torque that keeps a wheel of friction 100
 /// from turning on the spot.
 pub(super) const MOST_FRICTION: f64 = 10.0;
@@ -86,8 +89,10 @@ pub(super) fn of_materials(pairs: &[MaterialPair], a: u32, b: u32) -> Option<&Ma
 impl PhysicsHooks for PairFilter<'_> {
     fn filter_contact_pair(&self, pair: &PairFilterContext) -> Option<SolverFlags> {
         // A filter also replaces rapier's own rule that at least one of the two bodies must be dynamic.
-        let dynamic = |body: Option<RigidBodyHandle>| body.is_some_and(|b| pair.bodies[b].is_dynamic());
-        if !dynamic(pair.rigid_body1) && !dynamic(pair.rigid_body2) {
+        let moved = |body: Option<RigidBodyHandle>| {
+            body.is_some_and(|b| pair.bodies[b].is_dynamic() || pair.bodies[b].user_data & IN_TREE != 0)
+        };
+        if !moved(pair.rigid_body1) && !moved(pair.rigid_body2) {
             return None;
         }
         let a = Tag::unpack(pair.colliders[pair.collider1].user_data);

@@ -24,7 +24,7 @@ pub(super) fn set(body: &mut RigidBody, may: bool) {
 impl Rapier {
     /// Sets for all bodies whether they may sleep.
     pub(super) fn set_sleep(&mut self) {
-        for record in self.tables.bodies.iter().flatten().filter(|r| r.joints == 0) {
+        for record in self.tables.bodies.iter().flatten().filter(|r| r.joints == 0 && !r.in_tree) {
             set(&mut self.world.bodies[record.handle], self.tables.sleep);
         }
         self.world.wake_up_all(true);
@@ -49,7 +49,7 @@ impl Rapier {
     pub(super) fn keep_awake(&mut self) {
         let world = &mut self.world;
         for record in self.tables.bodies.iter().flatten() {
-            if record.motion != Motion::Dynamic || record.joints > 0 {
+            if record.motion != Motion::Dynamic || record.joints > 0 || record.in_tree {
                 continue;
             }
             let body = &world.bodies[record.handle];

@@ -6,7 +6,7 @@ use xxhash_rust::xxh3::xxh3_64;
 use super::state::Tables;
 
 /// Identifies the layout. It changes with rapier's version and with our tables.
-const HEAD: &[u8; 16] = b"tatu rapier0361g";
+const HEAD: &[u8; 16] = b"tatu rapier0361h";
 const HEAD_AND_SUM: usize = HEAD.len() + 8;
 
 pub(super) fn write(world: &PhysicsWorld, tables: &Tables) -> Vec<u8> {

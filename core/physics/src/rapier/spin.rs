@@ -25,7 +25,7 @@ impl Rapier {
         let dt = share * self.world.integration_parameters.dt;
         let mut spun = Vec::new();
         for record in self.tables.bodies.iter().flatten() {
-            if !record.uneven || record.joints > 0 || record.motion != Motion::Dynamic {
+            if !record.uneven || record.joints > 0 || record.in_tree || record.motion != Motion::Dynamic {
                 continue;
             }
             let body = &self.world.bodies[record.handle];

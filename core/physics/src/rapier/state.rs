@@ -5,10 +5,12 @@ use std::collections::BTreeMap;
 use nalgebra::Vector3;
 use rapier3d::{math::Pose, pipeline::PhysicsWorld};
 use serde::{Deserialize, Serialize};
+use tatu_mechanisms::Side;
 
 use super::{
     records::{BodyRecord, Grips, JointRecord, Measured, Partings, Seen, Tree},
     shapes::ShapeCache,
+    trees::records::{Crowded, Kept, Load, Mechanism, Touch},
 };
 use crate::{BodyId, FrictionRule, Gear, JointId, MaterialPair, PairRule, Surface};
 
@@ -87,6 +89,24 @@ pub(super) struct Tables {
     pub(super) fresh: Vec<BodyId>,
     /// Pairs that overlapped when they were created.
     pub(super) partings: Partings,
+    /// Mechanisms that are solved as trees, and bodies that they have adopted.
+    pub(super) mechanisms: Vec<Mechanism>,
+    /// The bodies of all mechanisms that are moved, with their places in them; follows from `mechanisms`.
+    #[serde(skip)]
+    pub(super) links: BTreeMap<BodyId, Side>,
+    /// Whether they must be made anew.
+    pub(super) mechanisms_changed: bool,
+    /// Free bodies that trees have adopted, with the time since one touched them, s.
+    pub(super) adopted: BTreeMap<BodyId, f64>,
+    /// Mechanisms that are in reduced form for as long as they are in a crowd.
+    pub(super) crowded: Vec<Crowded>,
+    /// Forces on bodies of trees that act in all steps of an advance, and those of the next step only.
+    pub(super) loads: BTreeMap<BodyId, Load>,
+    pub(super) step_loads: Vec<(BodyId, Load)>,
+    /// Impulses of the contacts of trees, by contact.
+    pub(super) kept: Vec<Kept>,
+    /// What the contacts of trees did in the last step.
+    pub(super) touches: Vec<Touch>,
 }
 
 impl Rapier {

@@ -8,6 +8,7 @@ mod overlap;
 mod push;
 mod respond;
 mod state;
+mod trees;
 mod turns;
 mod two_wheels;
 

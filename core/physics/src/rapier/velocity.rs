@@ -33,7 +33,7 @@ impl Rapier {
         let bodies = &self.world.bodies;
         self.tables.before.resize(self.tables.bodies.len(), None);
         for (before, record) in self.tables.before.iter_mut().zip(&self.tables.bodies) {
-            let Some(record) = record.as_ref().filter(|r| r.motion == Motion::Dynamic) else { continue };
+            let Some(record) = record.as_ref().filter(|r| r.motion == Motion::Dynamic && !r.in_tree) else { continue };
             let body = &bodies[record.handle];
             let position = body.position();
             *before = Some(Seen {
@@ -59,6 +59,9 @@ impl Rapier {
         let body = &self.world.bodies[record.handle];
         let (linear, angular, centre) = (body.linvel(), body.angvel(), body.center_of_mass());
         let told = Velocity { linear, angular, centre };
+        if record.in_tree {
+            return told;
+        }
         let Some(Some(before)) = self.tables.before.get(id.0 as usize) else { return told };
         let numbers = &self.world.integration_parameters;
         let (dt, n) = (numbers.dt, numbers.num_solver_iterations as f64);

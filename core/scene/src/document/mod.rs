@@ -231,6 +231,7 @@ impl Document {
     pub fn instantiate(&self) -> (Scene, Vec<u32>) {
         let mut scene = Scene::default();
         scene.friction_pairs.clone_from(&self.settings.friction_pairs);
+        scene.joint_solver = self.settings.joint_solver;
         let slots = self.plant(&mut scene, 0);
         // Names are assigned in file order, so that the first of equal ones keeps its plain name: one object at a time
         // in the scene itself, and one group at a time in models.

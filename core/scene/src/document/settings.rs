@@ -12,6 +12,8 @@ use tatu_physics::{EngineSettings, FrictionRule};
 use tatu_plugin_api::{abi::*, safe::Value};
 use tatu_plugins::Declared;
 
+use crate::object::JointSolver;
+
 /// Friction rules, as written in scene files.
 pub const FRICTION_RULES: [(&str, FrictionRule); 4] = [
     ("product", FrictionRule::Product),
@@ -78,6 +80,8 @@ pub struct Settings {
     pub sleep: bool,
     /// The rule that combines the friction of two shapes.
     pub friction_rule: FrictionRule,
+    /// The solver of mechanisms that leave the choice to the scene.
+    pub joint_solver: JointSolver,
     /// Friction and restitution by pairs of materials.
     pub friction_pairs: Vec<FrictionPair>,
     /// Parts of its sources that are not supported, as messages; each run reports them.
@@ -111,6 +115,7 @@ impl Default for Settings {
             physics_substeps: EngineSettings::default().substeps,
             sleep: true,
             friction_rule: FrictionRule::Product,
+            joint_solver: JointSolver::Auto,
             friction_pairs: Vec::new(),
             lacks: Vec::new(),
             contact_spring: None,
@@ -180,6 +185,10 @@ pub(super) fn keys() -> Vec<(Declared, ())> {
             keys_cut: false,
             ..of("friction_rule", TATU_TEXT, None, any, 0)
         },
+        Declared {
+            choices: [JointSolver::Auto, JointSolver::Tree].map(|s| s.name().to_owned()).to_vec(),
+            ..of("joint_solver", TATU_TEXT, None, any, 0)
+        },
         of("friction_pairs", TATU_LIST, None, any, 0),
         of("lacks", TATU_LIST, None, any, 0),
         Declared { highest: 1e6, ..of("contact_spring", TATU_F64S, None, 1e-3, 2) },
@@ -208,6 +217,7 @@ pub(super) fn values(settings: &Settings) -> Vec<(&'static str, Value)> {
         ("physics_substeps", Value::Int(settings.physics_substeps.into())),
         ("sleep", Value::Bool(settings.sleep)),
         ("friction_rule", Value::text(rule)),
+        ("joint_solver", Value::text(settings.joint_solver.name())),
         ("friction_pairs", Value::List(settings.friction_pairs.iter().map(FrictionPair::to_value).collect())),
         ("lacks", Value::List(settings.lacks.iter().map(Value::text).collect())),
         ("gravity", Value::Floats(settings.gravity.iter().copied().collect())),
@@ -234,6 +244,7 @@ pub(super) fn apply(settings: &mut Settings, key: &str, value: &Value) -> Result
             let found = FRICTION_RULES.iter().find(|(name, _)| name.as_bytes() == t.as_slice());
             settings.friction_rule = found.map_or(FrictionRule::Product, |(_, rule)| *rule);
         }
+        ("joint_solver", Value::Text(t)) => settings.joint_solver = JointSolver::parse(&String::from_utf8_lossy(t)),
         ("contact_spring", Value::Floats(v)) => settings.contact_spring = Some([v[0], v[1]]),
         ("friction_pairs", Value::List(pairs)) => {
             settings.friction_pairs = pairs.iter().map(FrictionPair::parse).collect::<Result<_>>()?;

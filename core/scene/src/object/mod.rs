@@ -312,12 +312,13 @@ pub enum JointSolver {
     Auto,
     Reduced,
     Impulse,
+    Tree,
 }
 
 impl JointSolver {
     /// Returns the solver with a name; other names mean `auto`.
     pub fn parse(name: &str) -> Self {
-        [Self::Reduced, Self::Impulse].into_iter().find(|s| s.name() == name).unwrap_or_default()
+        [Self::Reduced, Self::Impulse, Self::Tree].into_iter().find(|s| s.name() == name).unwrap_or_default()
     }
     /// Returns the solver's name in scene files.
     pub fn name(self) -> &'static str {
@@ -325,6 +326,7 @@ impl JointSolver {
             Self::Auto => "auto",
             Self::Reduced => "reduced",
             Self::Impulse => "impulse",
+            Self::Tree => "tree",
         }
     }
 }

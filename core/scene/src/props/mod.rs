@@ -11,7 +11,7 @@ use tatu_errors::Refusal;
 use tatu_plugin_api::{abi::*, safe::Value};
 
 use crate::{
-    Data, Drive, JointType, Primitive, Scene, Shape, default_inertia, default_mass, pose_to_array,
+    Data, Drive, JointType, Primitive, Scene, Shape, default_inertia, default_mass, mechanisms, pose_to_array,
     rows::{Of, Row, kind_name},
     texture::ShapeTexture,
     to_euler,
@@ -56,6 +56,7 @@ pub fn get(scene: &Scene, slot: u32, row: Row) -> Result<Value, Refusal> {
         (Row::Layer, _) => Value::Int(o.layer.into()),
         (Row::Notes, _) => notes_value(&o.notes),
         (Row::Drive, _) => Drive::to_value(o.drive.as_deref()),
+        (Row::JointSolverUsed, Data::Shape(_)) => Value::text(mechanisms::solver_used(scene, slot)),
         (_, Data::Shape(s)) => return get_shape(s, row).map_or_else(|| lacks(scene, slot, row), Ok),
         (Row::JointType, Data::Joint(j)) => Value::text(j.kind.name()),
         (Row::JointMode, Data::Joint(j)) => Value::text(if j.dynamic { "dynamic" } else { "kinematic" }),

@@ -80,6 +80,12 @@ impl World {
         tatu_scene::mechanics(&self.cell.state.scene.borrow(), &self.cell.model.settings.borrow())
     }
 
+    /// Returns the paths of the first shapes of all mechanisms, each with its solver and why it has that one, in order of
+    /// objects.
+    pub fn mechanisms(&self) -> Vec<(String, String)> {
+        tatu_scene::solvers(&self.cell.state.scene.borrow())
+    }
+
     /// Calls `f` with the current objects, graphs and drawings.
     pub fn look_at<T>(&self, f: impl FnOnce(&Scene, &Figures) -> T) -> T {
         f(&self.cell.state.scene.borrow(), &self.cell.devices.figures.borrow())

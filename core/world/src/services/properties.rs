@@ -113,6 +113,7 @@ pub(super) fn read_world(world: &WorldCell, row: Row) -> Result<Value, tatu_stat
             let found = tatu_scene::FRICTION_RULES.iter().find(|(_, rule)| *rule == settings.friction_rule);
             Value::text(found.map_or("product", |(name, _)| name))
         }
+        Row::SceneJointSolver => Value::text(settings.joint_solver.name()),
         Row::FrictionPairs => Value::List(settings.friction_pairs.iter().map(|p| p.to_value()).collect()),
         Row::ContactSpring => Value::Floats(settings.contact_spring.map_or(Vec::new(), |s| s.to_vec())),
         Row::PhysicsSubsteps => Value::Int(settings.physics_substeps.into()),

@@ -1,0 +1,254 @@
+//! Tests of mechanisms that are solved as trees.
+
+use nalgebra::Vector3;
+
+use super::*;
+use crate::{BodyId, Drive, JointDesc, JointForm, JointId, JointKind, Passive, Twist};
+
+/// A slide along x with a block that is moved at a speed, and a free box in front of it.
+struct Pusher {
+    engine: Rapier,
+    joint: JointId,
+    block: BodyId,
+    cube: BodyId,
+}
+
+fn slide(a: BodyId, b: BodyId) -> JointDesc {
+    let along_x = turned(Vector3::zeros(), Vector3::y(), std::f64::consts::FRAC_PI_2);
+    JointDesc {
+        a,
+        b,
+        frame_in_a: along_x,
+        frame_in_b: along_x,
+        kind: JointKind::Prismatic,
+        limits: None,
+        position: 0.0,
+        form: JointForm::Tree,
+        passive: Passive::default(),
+        geared: false,
+    }
+}
+
+fn cube_at(engine: &mut Rapier, x: f64, z: f64, tree: u32) -> BodyId {
+    let desc = body(at(x, 0.0, z), mass(1.0, [1.0 / 150.0; 3]), part(Form::Box { half: Vector3::repeat(0.1) }));
+    engine.add_body(&BodyDesc { respond: Respond { mask: 0xffff, tree }, ..desc })
+}
+
+fn pusher() -> Pusher {
+    let mut engine = engine(0.005);
+    floor(&mut engine);
+    let post = engine.add_body(&fixed(at(0.0, 0.0, 0.1), vec![]));
+    // without friction, so that it bears no part of the weight of what it pushes
+    let desc = body(at(0.0, 0.0, 0.1), mass(1.0, [1.0 / 150.0; 3]), part(Form::Box { half: Vector3::repeat(0.1) }));
+    let block = engine.add_body(&BodyDesc { friction: 0.0, ..desc });
+    let cube = cube_at(&mut engine, 0.3, 0.1, 2);
+    let joint = engine.add_joint(&slide(post, block)).unwrap();
+    engine.drive(joint, Drive::Velocity { target: 0.2, max_force: 100.0, slip: 0.0 });
+    Pusher { engine, joint, block, cube }
+}
+
+fn adopted(engine: &Rapier, body: BodyId) -> bool {
+    engine.record(body).is_some_and(|r| r.in_tree)
+}
+
+#[test]
+fn what_a_link_touches_is_adopted_and_given_back() {
+    let Pusher { mut engine, joint, block, cube } = pusher();
+    assert!(adopted(&engine, block) && !adopted(&engine, cube));
+    engine.advance(200);
+    assert!(adopted(&engine, cube));
+    let x = engine.pose(cube).translation.x;
+    // the drive's 100 N take a moment to bring the box to its speed
+    assert!((x - 0.4).abs() < 5e-4, "{x}");
+    assert!((engine.joint_state(joint).effort - G).abs() < 1e-3, "{}", engine.joint_state(joint).effort);
+    engine.drive(joint, Drive::Velocity { target: -0.2, max_force: 100.0, slip: 0.0 });
+    engine.advance(200);
+    assert!(!adopted(&engine, cube) && adopted(&engine, block));
+    // a box on a box that is pushed
+    let top = cube_at(&mut engine, x, 0.3, 3);
+    engine.drive(joint, Drive::Velocity { target: 0.2, max_force: 100.0, slip: 0.0 });
+    engine.advance(300);
+    assert!(adopted(&engine, cube) && adopted(&engine, top));
+    let apart = engine.pose(top).translation.x - engine.pose(cube).translation.x;
+    assert!(apart.abs() < 1e-4, "{apart}");
+}
+
+#[test]
+fn contacts_of_trees_are_reported_like_others() {
+    let Pusher { mut engine, block, cube, .. } = pusher();
+    engine.advance(200);
+    let mut contacts = Vec::new();
+    engine.contacts(&mut contacts);
+    let of = |a: BodyId, b: BodyId| contacts.iter().filter(move |c| c.bodies == (a, b));
+    let pushed: f64 = of(block, cube).map(|c| c.force).sum();
+    assert!((pushed - G).abs() < 0.01, "{pushed}");
+    assert!(of(block, cube).all(|c| (c.normal - Vector3::x()).norm() < 1e-6));
+    let floor = BodyId(0);
+    let borne: f64 = of(floor, cube).map(|c| c.force).sum();
+    let rubbed: f64 = of(floor, cube).map(|c| c.friction.x).sum();
+    assert!((borne - G).abs() < 0.01 && (rubbed + G).abs() < 0.01, "{borne} {rubbed}");
+}
+
+#[test]
+fn adopted_bodies_go_on_from_a_snapshot() {
+    let Pusher { engine: mut one, .. } = pusher();
+    for steps in [90, 60, 100] {
+        one.advance(steps);
+        let bytes = one.snapshot();
+        let mut two = engine(0.02);
+        two.restore(&bytes).unwrap();
+        assert!(two.snapshot() == bytes);
+        for step in 0..50 {
+            one.advance(1);
+            two.advance(1);
+            assert!(one.snapshot() == two.snapshot(), "differs after step {step}");
+        }
+    }
+}
+
+#[test]
+fn adopted_bodies_may_be_removed_and_get_joints() {
+    let Pusher { mut engine, cube, .. } = pusher();
+    engine.advance(200);
+    let rider = cube_at(&mut engine, 0.4, 0.4, 3);
+    let joint = engine.add_joint(&JointDesc { a: cube, b: rider, ..slide(cube, rider) }).unwrap();
+    engine.advance(50);
+    assert!(adopted(&engine, cube) && adopted(&engine, rider));
+    assert!((engine.pose(rider).translation.z - engine.pose(cube).translation.z).abs() < 1e-9);
+    engine.remove_joint(joint);
+    engine.advance(50);
+    assert!(engine.pose(rider).translation.z < 0.36);
+    engine.remove_body(cube);
+    engine.advance(50);
+    assert!(engine.quarantined().is_empty());
+}
+
+#[test]
+fn links_that_are_placed_and_thrown_move_their_joints() {
+    let Pusher { mut engine, joint, block, .. } = pusher();
+    engine.drive(joint, Drive::Free);
+    engine.advance(1);
+    engine.set_pose(block, &at(-0.5, 0.2, 0.1));
+    engine.set_twist(block, &Twist { linear: Vector3::new(-1.0, 5.0, 0.0), angular: Vector3::zeros() });
+    engine.advance(1);
+    let state = engine.joint_state(joint);
+    // the joint leaves it no other way
+    assert!((state.velocity + 1.0).abs() < 1e-9 && (state.position + 0.505).abs() < 1e-9, "{state:?}");
+    assert!(engine.pose(block).translation.y.abs() < 1e-12);
+}
+
+#[test]
+fn forces_act_on_links_for_an_advance() {
+    let Pusher { mut engine, joint, block, .. } = pusher();
+    engine.drive(joint, Drive::Free);
+    // off the floor, which would rub
+    engine.remove_body(BodyId(0));
+    engine.push(block, Vector3::new(-2.0, 0.0, 3.0), Vector3::zeros());
+    engine.advance(100);
+    assert!((engine.joint_state(joint).velocity + 1.0).abs() < 1e-9);
+    engine.advance(100);
+    assert!((engine.joint_state(joint).velocity + 1.0).abs() < 1e-9);
+}
+
+#[test]
+fn what_is_not_finite_freezes_its_mechanism_only() {
+    let Pusher { mut engine, block, cube, .. } = pusher();
+    let other = cube_at(&mut engine, 5.0, 0.5, 4);
+    engine.advance(10);
+    engine.push(block, Vector3::new(f64::NAN, 0.0, 0.0), Vector3::zeros());
+    engine.advance(100);
+    assert_eq!(engine.quarantined(), [block]);
+    assert!((engine.pose(other).translation.z - 0.1).abs() < 1e-3);
+    assert!((engine.pose(cube).translation.x - 0.3).abs() < 1e-3);
+}
+
+#[test]
+fn loops_and_second_parents_are_refused() {
+    let Pusher { mut engine, block, cube, .. } = pusher();
+    let held = |engine: &mut Rapier, a, b| {
+        let id = engine.add_joint(&slide(a, b)).unwrap();
+        matches!(engine.tables.joints[id.0 as usize].as_ref().unwrap().held, crate::rapier::records::Held::Tree(_))
+    };
+    assert!(held(&mut engine, block, cube));
+    assert!(!held(&mut engine, cube, block));
+    let other = cube_at(&mut engine, 2.0, 0.1, 5);
+    assert!(!held(&mut engine, other, cube));
+}
+
+/// A heap of boxes is the engine's: a mechanism that reaches it becomes one in reduced form, and a tree again once it has
+/// drawn back. The drive goes on in between.
+#[test]
+fn mechanisms_in_a_crowd_are_left_to_the_engine() {
+    let Pusher { engine: mut one, joint, block, cube } = pusher();
+    for i in 0..30u32 {
+        cube_at(&mut one, 0.3 + 0.2 * f64::from(i % 10), 0.3 + 0.2 * f64::from(i / 10), 10 + i);
+    }
+    let far = cube_at(&mut one, 0.5, 0.1, 50);
+    for i in 1..9u32 {
+        cube_at(&mut one, 0.5 + 0.2 * f64::from(i), 0.1, 50 + i);
+    }
+    let tied = |engine: &Rapier| engine.tables.joints[joint.0 as usize].as_ref().unwrap().tied().is_some();
+    one.drive(joint, Drive::Velocity { target: 0.2, max_force: 1000.0, slip: 0.0 });
+    assert!(tied(&one));
+    one.advance(200);
+    assert!(!tied(&one) && !adopted(&one, block) && !adopted(&one, cube) && !adopted(&one, far));
+    let state = one.joint_state(joint);
+    assert!((state.velocity - 0.2).abs() < 1e-3 && (state.position - 0.2).abs() < 5e-3, "{state:?}");
+    let bytes = one.snapshot();
+    let mut two = engine(0.02);
+    two.restore(&bytes).unwrap();
+    for engine in [&mut one, &mut two] {
+        engine.drive(joint, Drive::Velocity { target: -0.4, max_force: 1000.0, slip: 0.0 });
+        engine.advance(400);
+    }
+    assert!(one.snapshot() == two.snapshot());
+    assert!(tied(&one) && adopted(&one, block) && !adopted(&one, cube));
+    let state = one.joint_state(joint);
+    assert!((state.velocity + 0.4).abs() < 1e-6 && (state.position + 0.6).abs() < 0.02, "{state:?}");
+}
+
+/// What is placed right after a restore, or together with the base, counts.
+#[test]
+fn placing_counts_when_trees_are_made_anew() {
+    let Pusher { engine: mut one, joint, block, .. } = pusher();
+    one.advance(10);
+    let mut two = engine(0.02);
+    two.restore(&one.snapshot()).unwrap();
+    for engine in [&mut one, &mut two] {
+        engine.set_pose(block, &at(-0.7, 0.0, 0.1));
+        engine.advance(1);
+        assert!((engine.joint_state(joint).position + 0.699).abs() < 1e-6, "{:?}", engine.joint_state(joint));
+    }
+    assert!(one.snapshot() == two.snapshot());
+    // its base and the block by different ways
+    let base = BodyId(1);
+    one.set_pose(base, &at(0.0, 1.0, 0.1));
+    one.set_pose(block, &at(-0.9, 1.0, 0.1));
+    one.advance(1);
+    assert!((one.joint_state(joint).position + 0.899).abs() < 1e-6, "{:?}", one.joint_state(joint));
+    assert!((one.pose(block).translation.y - 1.0).abs() < 1e-9);
+}
+
+/// A force that acts for an advance goes on when a body is adopted in it.
+#[test]
+fn forces_go_on_when_a_body_is_adopted() {
+    let Pusher { mut engine, cube, joint, .. } = pusher();
+    engine.drive(joint, Drive::Velocity { target: 0.0, max_force: 100.0, slip: 0.0 });
+    // pushed against the block, which stands still
+    engine.push(cube, Vector3::new(-30.0, 0.0, 0.0), Vector3::zeros());
+    engine.advance(400);
+    assert!(adopted(&engine, cube));
+    // the floor bears what its friction can, or less
+    let effort = engine.joint_state(joint).effort;
+    assert!(effort > 30.0 - G - 0.1 && effort < 30.1, "{effort}");
+}
+
+/// Bodies without inertia cannot be trees; they stay with the engine, and nothing is lost.
+#[test]
+fn a_body_without_inertia_is_not_adopted() {
+    let Pusher { mut engine, .. } = pusher();
+    let desc = body(at(0.21, 0.0, 0.35), mass(0.5, [0.0; 3]), sphere(0.05));
+    let ball = engine.add_body(&BodyDesc { respond: Respond { mask: 0xffff, tree: 9 }, ..desc });
+    engine.advance(300);
+    assert!(!adopted(&engine, ball) && engine.quarantined().is_empty());
+}

@@ -1,0 +1,181 @@
+//! Free bodies that trees touch become trees themselves until they are apart again, so that both sides of a contact
+//! are solved together.
+//!
+//! Only the state decides: free bodies that can be reached from a link through contacts are adopted, and given back
+//! when they could not be reached for a while. Bodies that cannot be adopted, such as vehicles and mechanisms that the
+//! engine solves, feel a tree as something of infinite mass.
+
+use std::collections::BTreeSet;
+
+use rapier3d::{dynamics::RigidBodyType, geometry::ActiveCollisionTypes, math::Vector};
+
+use super::records::Load;
+use crate::{
+    BodyId, Motion, convert,
+    rapier::{records::JointRecord, report, respond::IN_TREE, sleep, state::Rapier},
+};
+
+/// Time for which a body must have been apart from all trees to be given back, s.
+const APART_S: f64 = 0.1;
+
+/// Most free bodies that a mechanism adopts, directly and through others; beyond, it is in a crowd.
+pub(super) const MOST: usize = 16;
+
+impl Rapier {
+    /// Marks a body as one that a tree moves: rapier finds its contacts with everything, and does not move it.
+    pub(in crate::rapier) fn take_body(&mut self, body: BodyId) {
+        let Some(Some(record)) = self.tables.bodies.get_mut(body.0 as usize) else { return };
+        if record.motion != Motion::Dynamic || std::mem::replace(&mut record.in_tree, true) {
+            return;
+        }
+        // forces of this advance go on
+        let handle = record.handle;
+        let moved = &mut self.world.bodies[handle];
+        let (force, torque) = (moved.user_force(), moved.user_torque());
+        if force != Vector::ZERO || torque != Vector::ZERO {
+            let (force, torque) = (convert::vector_back(force), convert::vector_back(torque));
+            self.tables.loads.insert(body, Load { force, torque });
+            moved.reset_forces(false);
+            moved.reset_torques(false);
+        }
+        self.set_kind(body, RigidBodyType::KinematicVelocityBased);
+    }
+
+    /// Gives a body back to rapier, unless a joint of a tree still holds it.
+    pub(in crate::rapier) fn return_body(&mut self, body: BodyId) {
+        let on_it = |r: &JointRecord| r.tied().is_some() && (r.bodies.0 == body || r.bodies.1 == body);
+        let held = self.tables.joints.iter().flatten().any(on_it);
+        if !held && !self.tables.adopted.contains_key(&body) {
+            self.release_body(body);
+        }
+    }
+
+    /// Gives a body back to rapier.
+    pub(super) fn release_body(&mut self, body: BodyId) {
+        let Some(Some(record)) = self.tables.bodies.get_mut(body.0 as usize) else { return };
+        if !std::mem::replace(&mut record.in_tree, false) {
+            return;
+        }
+        self.set_kind(body, RigidBodyType::Dynamic);
+        if let (Some(load), Some(handle)) = (self.tables.loads.remove(&body), self.record(body).map(|r| r.handle)) {
+            let moved = &mut self.world.bodies[handle];
+            moved.add_force(convert::vector(&load.force), true);
+            moved.add_torque(convert::vector(&load.torque), true);
+            self.tables.pushed.push(body);
+        }
+        self.forget_velocity(body);
+    }
+
+    /// Gives a body back to rapier if it is adopted.
+    pub(in crate::rapier) fn give_back(&mut self, body: BodyId) {
+        if self.tables.adopted.remove(&body).is_some() {
+            self.return_body(body);
+            self.tables.mechanisms_changed = true;
+        }
+    }
+
+    fn set_kind(&mut self, id: BodyId, kind: RigidBodyType) {
+        let Some(record) = self.record(id).copied() else { return };
+        let tree = kind != RigidBodyType::Dynamic;
+        let body = &mut self.world.bodies[record.handle];
+        body.set_body_type(kind, true);
+        body.user_data = u128::from(id.0) | if tree { IN_TREE } else { 0 };
+        sleep::set(body, !tree && self.tables.sleep && record.joints == 0);
+        let types = match tree {
+            true => ActiveCollisionTypes::all(),
+            false => ActiveCollisionTypes::default(),
+        };
+        let colliders = &mut self.world.colliders;
+        for &collider in self.world.bodies[record.handle].colliders() {
+            if let Some(collider) = colliders.get_mut(collider) {
+                collider.set_active_collision_types(types);
+            }
+        }
+    }
+
+    /// Adopts what trees touch, and gives back what they no longer touch. Trees in a crowd are left to rapier.
+    pub(in crate::rapier) fn adopt(&mut self) {
+        if self.tables.mechanisms.is_empty() {
+            return self.leave_crowds();
+        }
+        let dt = self.world.integration_parameters.dt;
+        let (mut reached, mut crowds) = (BTreeSet::new(), Vec::new());
+        for (i, mechanism) in self.tables.mechanisms.iter().enumerate() {
+            if mechanism.frozen || self.tables.adopted.contains_key(&mechanism.root) {
+                continue;
+            }
+            let found = self.reach(&mechanism.bodies);
+            if found.len() > MOST {
+                crowds.push((i, found));
+            } else {
+                reached.extend(found);
+            }
+        }
+        for (i, found) in crowds {
+            for body in found {
+                reached.remove(&body);
+                self.give_back(body);
+            }
+            self.join_crowd(i);
+        }
+        for body in &reached {
+            if self.tables.adopted.insert(*body, 0.0).is_none() {
+                self.take_body(*body);
+                self.tables.mechanisms_changed = true;
+            }
+        }
+        let mut apart = Vec::new();
+        for (body, time) in self.tables.adopted.iter_mut().filter(|(body, _)| !reached.contains(body)) {
+            *time += dt;
+            if *time >= APART_S {
+                apart.push(*body);
+            }
+        }
+        for body in apart {
+            self.give_back(body);
+        }
+        self.leave_crowds();
+    }
+
+    /// Returns the free bodies that touch these, or touch others that do: all of them, or more than [`MOST`].
+    pub(super) fn reach(&self, bodies: &[BodyId]) -> BTreeSet<BodyId> {
+        let mut open = bodies.to_vec();
+        let mut found = BTreeSet::new();
+        let mut next = 0;
+        while next < open.len() && found.len() <= MOST {
+            for other in self.touching(open[next]) {
+                if self.may_be_adopted(other) && found.insert(other) {
+                    open.push(other);
+                }
+            }
+            next += 1;
+        }
+        found
+    }
+
+    /// Returns the bodies that touch a body or are about to, in order of ids.
+    fn touching(&self, body: BodyId) -> BTreeSet<BodyId> {
+        let Some(record) = self.record(body) else { return BTreeSet::new() };
+        let colliders = self.world.bodies[record.handle].colliders();
+        let pairs = colliders.iter().flat_map(|c| self.world.narrow_phase.contact_pairs_with(*c));
+        pairs
+            .filter(|p| p.has_any_active_contact())
+            .flat_map(|p| [p.collider1, p.collider2])
+            .filter_map(|c| report::body_of(&self.world, c))
+            .filter(|other| *other != body)
+            .collect()
+    }
+
+    fn may_be_adopted(&self, body: BodyId) -> bool {
+        let Some(record) = self.record(body) else { return false };
+        let mass = &self.world.bodies[record.handle].mass_properties().local_mprops;
+        let moments = mass.principal_inertia();
+        // without inertia, a body has no motion of its own in a tree
+        record.motion == Motion::Dynamic
+            && record.joints == 0
+            && mass.mass() > 0.0
+            && moments.x.min(moments.y).min(moments.z) > 0.0
+            && self.world.bodies[record.handle].is_enabled()
+            && !self.tables.surfaces.get(&body).is_some_and(|s| s.is_special())
+    }
+}

@@ -1,0 +1,237 @@
+//! Contacts of trees: read from rapier's narrow phase, and what they did.
+
+use std::collections::BTreeMap;
+
+use nalgebra::{Isometry3, Point3, UnitQuaternion, Vector3};
+use rapier3d::{
+    dynamics::RigidBody,
+    geometry::{ColliderHandle, ContactManifold, ContactPair, PairContacts},
+    math::{Pose, Vector},
+};
+use tatu_mechanisms::{Contact, Side};
+
+use super::records::{ContactKey, Kept, Touch};
+use crate::{
+    BodyId, convert,
+    rapier::{report, state::Rapier},
+};
+
+/// Distance up to which bodies that do not approach count as near, m: more than an acceleration of 100 m/s^2 covers in
+/// a step of 5 ms.
+const NEAR: f64 = 2e-3;
+
+/// A contact, with what is needed to report it.
+pub(super) struct Found {
+    pub contact: Contact,
+    pub key: ContactKey,
+    /// Number of its face: all points of a face are reported as one contact.
+    pub face: usize,
+    pub bodies: (BodyId, BodyId),
+    /// The point in the world, m.
+    pub place: Vector3<f64>,
+    /// Sum of its impulses over the step, N s.
+    pub total: Vector3<f64>,
+}
+
+/// What a body is to a contact.
+struct Partner {
+    body: BodyId,
+    /// The mechanism and link that it is.
+    side: Option<Side>,
+    /// Its pose when contacts were found.
+    pose: Isometry3<f64>,
+    /// Velocity, m/s and rad/s.
+    linear: Vector3<f64>,
+    angular: Vector3<f64>,
+    /// Whether it can never move.
+    still: bool,
+}
+
+impl Partner {
+    fn velocity_at(&self, point: &Vector3<f64>) -> Vector3<f64> {
+        self.linear + self.angular.cross(&(point - self.pose.translation.vector))
+    }
+}
+
+impl Rapier {
+    /// Returns the contacts of all links, sorted by colliders.
+    pub(super) fn find_contacts(&self, links: &BTreeMap<BodyId, Side>) -> Vec<Found> {
+        let mut found = Vec::new();
+        let mut pairs: Vec<&ContactPair> = Vec::new();
+        for body in links.keys() {
+            let Some(record) = self.record(*body) else { continue };
+            pairs.clear();
+            for collider in self.world.bodies[record.handle].colliders() {
+                pairs.extend(self.world.narrow_phase.contact_pairs_with(*collider));
+            }
+            // rapier's order depends on the steps before
+            pairs.sort_by_key(|p| (index(p.collider1), index(p.collider2)));
+            for pair in pairs.drain(..) {
+                let (Some(a), Some(b)) = (self.partner(pair.collider1, links), self.partner(pair.collider2, links))
+                else {
+                    continue;
+                };
+                let other = if a.body == *body { &b } else { &a };
+                // a pair of two links is found twice
+                if a.body != b.body && (other.side.is_none() || *body < other.body) {
+                    self.read_pair(pair, &a, &b, &mut found);
+                }
+            }
+        }
+        found
+    }
+
+    fn partner(&self, collider: ColliderHandle, links: &BTreeMap<BodyId, Side>) -> Option<Partner> {
+        let id = report::body_of(&self.world, collider)?;
+        let body = self.body(id)?;
+        let side = links.get(&id).copied();
+        let dt = self.world.integration_parameters.dt;
+        let (linear, angular) = (convert::vector_back(body.linvel()), convert::vector_back(body.angvel()));
+        // rapier has moved its bodies since it found the contacts; links are where they were
+        let pose = match side {
+            Some(side) => self.link_pose(side)?,
+            None => self.pose_before(id, body, dt),
+        };
+        let (linear, angular) = if side.is_some() { self.link_velocity(id) } else { (linear, angular) };
+        Some(Partner { body: id, side, pose, linear, angular, still: body.is_fixed() })
+    }
+
+    /// Returns the pose that a body of rapier had when contacts were found.
+    fn pose_before(&self, id: BodyId, body: &RigidBody, dt: f64) -> Isometry3<f64> {
+        if let Some(Some(seen)) = self.tables.before.get(id.0 as usize).filter(|_| body.is_dynamic()) {
+            return convert::pose_back(&Pose { translation: seen.place, rotation: seen.rotation });
+        }
+        let mut pose = convert::pose_back(body.position());
+        pose.translation.vector -= convert::vector_back(body.linvel()) * dt;
+        pose.rotation = UnitQuaternion::new(convert::vector_back(body.angvel()) * -dt) * pose.rotation;
+        pose
+    }
+
+    /// Returns the pose of rapier's body of a link at the beginning of the step.
+    fn link_pose(&self, side: Side) -> Option<Isometry3<f64>> {
+        Some(*self.tables.mechanisms.get(side.member)?.built.as_ref()?.poses.get(side.link)?)
+    }
+
+    fn link_velocity(&self, body: BodyId) -> (Vector3<f64>, Vector3<f64>) {
+        let velocity = self.velocity(body);
+        (convert::vector_back(velocity.linear), convert::vector_back(velocity.angular))
+    }
+
+    fn read_pair(&self, pair: &ContactPair, a: &Partner, b: &Partner, found: &mut Vec<Found>) {
+        let PairContacts::Rigid(rigid) = &pair.contacts else { return };
+        for manifold in rigid.solver_manifolds() {
+            let face = found.last().map_or(0, |f: &Found| f.face + 1);
+            for i in 0..manifold.data.solver_contacts.len() {
+                if let Some(mut new) = self.read_point(pair, manifold, i, a, b) {
+                    new.face = face;
+                    // features are 0 for some forms
+                    while found.iter().rev().take_while(|f| f.key[..2] == new.key[..2]).any(|f| f.key == new.key) {
+                        new.key[6] += 1;
+                    }
+                    found.push(new);
+                }
+            }
+        }
+    }
+
+    fn read_point(
+        &self,
+        pair: &ContactPair,
+        manifold: &ContactManifold,
+        i: usize,
+        a: &Partner,
+        b: &Partner,
+    ) -> Option<Found> {
+        let (data, at) = (&manifold.data, &manifold.data.solver_contacts[i]);
+        let feature = manifold.points.get((at.contact_id[0] & 0x7fff_ffff) as usize)?;
+        // rapier keeps the point of a side in the world if only the other side can be moved by it
+        let place = |partner: &Partner, anchor: Vector, own: bool| {
+            let anchor = convert::vector_back(anchor);
+            if own { (partner.pose * Point3::from(anchor)).coords } else { anchor }
+        };
+        let first = place(a, at.anchor1, data.relative_dominance <= 0);
+        let second = place(b, at.anchor2, data.relative_dominance >= 0);
+        let normal = convert::vector_back(data.normal);
+        let dt = self.world.integration_parameters.dt;
+        let approach = (a.velocity_at(&first) - b.velocity_at(&second)).dot(&normal);
+        if (second - first).dot(&normal) > NEAR + 2.0 * dt * approach.max(0.0) {
+            return None;
+        }
+        let middle = (first + second) / 2.0;
+        let arms = [a, b].map(|partner| match partner.side {
+            Some(side) => {
+                let built = self.tables.mechanisms[side.member].built.as_ref();
+                built.map_or_else(Vector3::zeros, |built| middle - built.origins[side.link])
+            }
+            None => Vector3::zeros(),
+        });
+        let outside = |partner: &Partner, point: &Vector3<f64>| match partner.side {
+            Some(_) => Vector3::zeros(),
+            None => partner.velocity_at(point),
+        };
+        let numbers = &self.world.integration_parameters;
+        let spring = if a.still || b.still { &numbers.static_contact_softness } else { &numbers.contact_softness };
+        let [c1, c2] = [pair.collider1, pair.collider2].map(index);
+        let key = [c1, c2, manifold.subshape1, manifold.subshape2, feature.fid1.0, feature.fid2.0, 0];
+        let kept = self.tables.kept.binary_search_by_key(&key, |k| k.key).ok();
+        let contact = Contact {
+            sides: [a.side, b.side],
+            arms,
+            distance: (second - first).dot(&normal),
+            drift: outside(b, &second) - outside(a, &first),
+            normal,
+            slide: convert::vector_back(at.tangent_velocity),
+            friction: data.friction,
+            restitution: data.restitution,
+            recovery: spring.erp_inv_dt(self.tree_substep()),
+            impulse: kept.map_or_else(Vector3::zeros, |i| self.tables.kept[i].impulse),
+        };
+        Some(Found { contact, key, face: 0, bodies: (a.body, b.body), place: middle, total: Vector3::zeros() })
+    }
+
+    /// Forgets the contacts of a body that is removed: others may get the numbers of its colliders.
+    pub(in crate::rapier) fn forget_contacts(&mut self, body: BodyId) {
+        let Some(handle) = self.record(body).map(|r| r.handle) else { return };
+        let gone: Vec<u32> = self.world.bodies[handle].colliders().iter().map(|c| index(*c)).collect();
+        self.tables.kept.retain(|k| !gone.contains(&k.key[0]) && !gone.contains(&k.key[1]));
+        self.tables.touches.retain(|t| t.bodies.0 != body && t.bodies.1 != body);
+    }
+
+    /// Keeps what contacts did: for reports, and for the next step to begin with.
+    pub(super) fn keep_contacts(&mut self, found: &[Found]) {
+        let dt = self.world.integration_parameters.dt;
+        self.tables.kept.clear();
+        self.tables.kept.extend(
+            found
+                .iter()
+                .filter(|f| f.contact.impulse != Vector3::zeros())
+                .map(|f| Kept { key: f.key, impulse: f.contact.impulse }),
+        );
+        self.tables.kept.sort_by_key(|k| k.key);
+        self.tables.touches.clear();
+        for face in found.chunk_by(|a, b| a.face == b.face) {
+            let normal = face[0].contact.normal;
+            let (mut force, mut place, mut sum) = (0.0, Vector3::zeros(), Vector3::zeros());
+            for point in face {
+                let along = point.total.dot(&normal);
+                force += along;
+                place += point.place * along;
+                sum += point.total;
+            }
+            if force > 0.0 {
+                self.tables.touches.push(Touch {
+                    bodies: face[0].bodies,
+                    point: place / force,
+                    normal,
+                    force: force / dt,
+                    friction: (sum - normal * force) / dt,
+                });
+            }
+        }
+    }
+}
+
+/// Returns the number of a collider, which differs for all that exist at a time.
+fn index(collider: ColliderHandle) -> u32 {
+    collider.into_raw_parts().0
+}

@@ -1,0 +1,103 @@
+//! Mechanisms in a crowd: where many free bodies touch each other and a tree, the engine is better at all of them.
+//!
+//! Such a mechanism becomes one in reduced form, and what it had adopted goes back to the engine. It becomes a tree
+//! again when it has touched few bodies for a while. Only the state decides.
+
+use crate::{
+    BodyId, JointDesc, JointForm, JointId,
+    rapier::{
+        joints,
+        records::{Held, JointRecord, Tied},
+        state::{Rapier, mark},
+        trees::{adopt::MOST, records::Crowded},
+    },
+};
+
+/// Time after which a mechanism that touches few bodies becomes a tree again, s.
+const CALM_S: f64 = 1.0;
+
+impl Rapier {
+    /// Puts a mechanism into reduced form.
+    pub(super) fn join_crowd(&mut self, index: usize) {
+        let Some(mechanism) = self.tables.mechanisms.get(index) else { return };
+        let joints: Vec<JointId> = mechanism.joints.iter().flatten().copied().collect();
+        let bodies = mechanism.bodies.clone();
+        for body in &bodies {
+            self.release_body(*body);
+        }
+        for id in &joints {
+            let Some(record) = self.joint(*id).copied() else { continue };
+            let JointRecord { bodies: (a, b), kind, limits, passive, zero, frames, .. } = record;
+            let desc = JointDesc {
+                a,
+                b,
+                // rapier takes the frames from the record, which has turned them
+                frame_in_a: nalgebra::Isometry3::identity(),
+                frame_in_b: nalgebra::Isometry3::identity(),
+                kind,
+                limits,
+                position: zero,
+                form: JointForm::Reduced,
+                passive,
+                geared: false,
+            };
+            let reduced = self.add_reduced(&desc, joints::build(&desc, frames, zero));
+            if let (Some(reduced), Some(Some(record))) = (reduced, self.tables.joints.get_mut(id.0 as usize)) {
+                record.held = Held::Reduced(reduced);
+                // the engine's joint has all of its dry friction
+                record.folded = 0.0;
+                mark(&mut self.tables.changed, *id, record);
+            }
+        }
+        self.tables.moved.extend(&bodies);
+        self.tables.crowded.push(Crowded { joints, bodies, calm_s: 0.0 });
+        (self.tables.mechanisms_changed, self.tables.joints_changed) = (true, true);
+    }
+
+    /// Returns the crowd that a new joint of a tree would be part of.
+    pub(in crate::rapier) fn crowd_of(&self, desc: &JointDesc) -> Option<usize> {
+        let in_it = |c: &Crowded| c.bodies.contains(&desc.a) || c.bodies.contains(&desc.b);
+        self.tables.crowded.iter().position(in_it).filter(|_| desc.form == JointForm::Tree)
+    }
+
+    /// Adds a joint that was created in reduced form to a crowd.
+    pub(in crate::rapier) fn grow_crowd(&mut self, crowd: usize, joint: JointId, body: BodyId) {
+        let reduced = self.joint(joint).is_some_and(|r| r.reduced().is_some());
+        if let Some(crowd) = self.tables.crowded.get_mut(crowd).filter(|_| reduced) {
+            crowd.joints.push(joint);
+            crowd.bodies.push(body);
+        }
+    }
+
+    /// Makes trees of mechanisms that are no longer in a crowd.
+    pub(super) fn leave_crowds(&mut self) {
+        let dt = self.world.integration_parameters.dt;
+        let mut crowded = std::mem::take(&mut self.tables.crowded);
+        crowded.retain_mut(|crowd| {
+            // joints may have been removed
+            crowd.joints.retain(|id| self.joint(*id).is_some_and(|r| r.reduced().is_some()));
+            if crowd.joints.is_empty() {
+                return false;
+            }
+            let few = self.reach(&crowd.bodies).len() <= MOST / 2;
+            crowd.calm_s = if few { crowd.calm_s + dt } else { 0.0 };
+            if crowd.calm_s < CALM_S {
+                return true;
+            }
+            for id in &crowd.joints {
+                let Some(Some(record)) = self.tables.joints.get_mut(id.0 as usize) else { continue };
+                let before = *record;
+                record.held = Held::Tree(Tied::default());
+                if let Some(reduced) = before.reduced() {
+                    self.remove_reduced(&before, *reduced);
+                }
+            }
+            let ends = |id: &JointId| self.joint(*id).map(|r| [r.bodies.0, r.bodies.1]);
+            let bodies: Vec<BodyId> = crowd.joints.iter().filter_map(ends).flatten().collect();
+            bodies.into_iter().for_each(|body| self.take_body(body));
+            (self.tables.mechanisms_changed, self.tables.joints_changed) = (true, true);
+            false
+        });
+        self.tables.crowded = crowded;
+    }
+}

@@ -1,0 +1,288 @@
+//! A physics step of all trees.
+
+use rapier3d::math::Vector;
+use rayon::prelude::*;
+use tatu_mechanisms::{Contact, Group, Member};
+
+use super::{
+    contacts::Found,
+    records::{Load, Mechanism},
+};
+use crate::{convert, rapier::state::Rapier};
+
+/// Velocities of all trees together from which they are worth several threads.
+const MANY: usize = 64;
+
+/// Trees that touch each other, with their contacts.
+struct Island {
+    /// Indices of the mechanisms, ascending, and the mechanisms themselves.
+    members: Vec<usize>,
+    mechanisms: Vec<Mechanism>,
+    /// Indices of the contacts, and the contacts themselves, with members by their place here.
+    found: Vec<usize>,
+    contacts: Vec<Contact>,
+    totals: Vec<nalgebra::Vector3<f64>>,
+    /// Whether the state became infinite.
+    lost: bool,
+}
+
+impl Rapier {
+    /// Moves all trees by a physics step, with the contacts that rapier has found at its beginning.
+    pub(in crate::rapier) fn step_trees(&mut self) {
+        if self.tables.mechanisms.is_empty() {
+            self.tables.touches.clear();
+            self.tables.kept.clear();
+            return;
+        }
+        let links = std::mem::take(&mut self.tables.links);
+        let mut found = self.find_contacts(&links);
+        for i in 0..self.tables.mechanisms.len() {
+            self.set_tree_drives(i);
+            self.set_loads(i);
+        }
+        let mut islands = self.islands(&found);
+        let (gravity, h) = (convert::vector_back(self.world.gravity), self.tree_substep());
+        let substeps = self.tables.substeps;
+        let total: usize = islands.iter().flat_map(|i| &i.mechanisms).map(|m| m.v.len()).sum();
+        let advance = |island: &mut Island| island.advance(gravity, h, substeps);
+        if total >= MANY && islands.len() > 1 && rayon::current_num_threads() > 1 {
+            islands.par_iter_mut().for_each(advance);
+        } else {
+            islands.iter_mut().for_each(advance);
+        }
+        let mut lost = Vec::new();
+        for island in islands {
+            for (i, (contact, total)) in island.found.iter().zip(island.contacts.into_iter().zip(island.totals)) {
+                found[*i].contact.impulse = contact.impulse;
+                found[*i].total = total;
+            }
+            for (index, mechanism) in island.members.iter().zip(island.mechanisms) {
+                self.tables.mechanisms[*index] = mechanism;
+                if island.lost {
+                    lost.push(*index);
+                }
+            }
+        }
+        self.keep_contacts(&found);
+        for i in 0..self.tables.mechanisms.len() {
+            self.place_bodies(i);
+            self.note_efforts(i);
+        }
+        self.tables.step_loads.clear();
+        self.tables.links = links;
+        lost.into_iter().for_each(|i| self.freeze_mechanism(i));
+    }
+
+    /// Returns the length of a sub-step of trees, s.
+    pub(super) fn tree_substep(&self) -> f64 {
+        self.world.integration_parameters.dt / self.tables.substeps as f64
+    }
+
+    /// Takes the mechanisms out of the tables, by islands.
+    fn islands(&mut self, found: &[Found]) -> Vec<Island> {
+        let count = self.tables.mechanisms.len();
+        let mut above: Vec<usize> = (0..count).collect();
+        fn root(above: &mut [usize], mut i: usize) -> usize {
+            while above[i] != i {
+                above[i] = above[above[i]];
+                i = above[i];
+            }
+            i
+        }
+        for f in found {
+            if let [Some(a), Some(b)] = f.contact.sides {
+                let (a, b) = (root(&mut above, a.member), root(&mut above, b.member));
+                above[a.max(b)] = a.min(b);
+            }
+        }
+        let mut islands: Vec<Island> = Vec::new();
+        let mut place = vec![(usize::MAX, 0); count];
+        for (i, mechanism) in std::mem::take(&mut self.tables.mechanisms).into_iter().enumerate() {
+            let first = root(&mut above, i);
+            if first == i {
+                place[i].0 = islands.len();
+                islands.push(Island::new());
+            }
+            let island = &mut islands[place[first].0];
+            place[i] = (place[first].0, island.members.len());
+            island.members.push(i);
+            island.mechanisms.push(mechanism);
+        }
+        for (i, f) in found.iter().enumerate() {
+            let mut contact = f.contact.clone();
+            let mut island = None;
+            for side in contact.sides.iter_mut().flatten() {
+                island = Some(place[side.member].0);
+                side.member = place[side.member].1;
+            }
+            let Some(island) = island else { continue };
+            islands[island].found.push(i);
+            islands[island].contacts.push(contact);
+        }
+        // the order of this vector is that of the mechanisms again
+        self.tables.mechanisms = islands.iter().flat_map(|i| &i.members).map(|_| Mechanism::empty()).collect();
+        islands
+    }
+
+    /// Sets the forces on the bodies of a mechanism as generalised forces, at the poses of the beginning of the step.
+    fn set_loads(&mut self, index: usize) {
+        let Some(mut built) = self.tables.mechanisms[index].built.take() else { return };
+        built.drives.force.fill(0.0);
+        for (link, body) in self.tables.mechanisms[index].bodies.iter().enumerate() {
+            let (force, torque) = self.tree_load(*body);
+            if force == Vector::ZERO && torque == Vector::ZERO {
+                continue;
+            }
+            let at = built.poses[link].translation.vector;
+            let (force, torque) = (convert::vector_back(force), convert::vector_back(torque));
+            // refused only for numbers that are not finite, which were before
+            let _ = built.kinematics.add_force(&built.tree, link, at, force, torque, &mut built.drives.force);
+        }
+        self.tables.mechanisms[index].built = Some(built);
+    }
+
+    /// Puts the bodies of a mechanism where its links are.
+    pub(super) fn place_bodies(&mut self, index: usize) {
+        let mechanism = &mut self.tables.mechanisms[index];
+        if mechanism.frozen {
+            return;
+        }
+        let Some(mut built) = mechanism.built.take() else { return };
+        built.state.q.copy_from_slice(&mechanism.q);
+        built.state.v.copy_from_slice(&mechanism.v);
+        let bodies = mechanism.bodies.clone();
+        if built.kinematics.update(&built.tree, &built.state).is_ok() {
+            for (link, body) in bodies.iter().enumerate() {
+                let (Some(pose), Some(handle)) = (built.kinematics.pose(link), self.record(*body).map(|r| r.handle))
+                else {
+                    continue;
+                };
+                built.origins[link] = pose.translation.vector;
+                let pose = pose * built.to_body[link];
+                built.poses[link] = pose;
+                let velocity = built.kinematics.velocity(link, pose.translation.vector);
+                let (angular, linear) = velocity.unwrap_or_default();
+                let moved = &mut self.world.bodies[handle];
+                moved.set_position(convert::pose(&pose), true);
+                moved.set_linvel(convert::vector(&linear), true);
+                moved.set_angvel(convert::vector(&angular), true);
+            }
+        }
+        self.tables.mechanisms[index].built = Some(built);
+    }
+
+    /// Records what the drives of a mechanism did.
+    fn note_efforts(&mut self, index: usize) {
+        let mechanism = &self.tables.mechanisms[index];
+        let Some(built) = &mechanism.built else { return };
+        for (joint, (_, v, count)) in mechanism.joints.iter().zip(&mechanism.offsets) {
+            if let (Some(joint), 1) = (joint, *count)
+                && let Some(Some(record)) = self.tables.joints.get_mut(joint.0 as usize)
+                && let Some(tied) = record.tied_mut()
+            {
+                tied.effort = built.efforts[*v] / self.tables.substeps as f64;
+            }
+        }
+    }
+
+    /// Returns the force on a body of a tree and its torque about the centre of mass, besides gravity and contacts, N
+    /// and Nm.
+    pub(in crate::rapier) fn tree_load(&self, body: crate::BodyId) -> (Vector, Vector) {
+        let mut load = self.tables.loads.get(&body).copied().unwrap_or_default();
+        for (_, more) in self.tables.step_loads.iter().filter(|(b, _)| *b == body) {
+            load = Load { force: load.force + more.force, torque: load.torque + more.torque };
+        }
+        (convert::vector(&load.force), convert::vector(&load.torque))
+    }
+}
+
+impl Mechanism {
+    /// Returns a place for a mechanism that is elsewhere.
+    fn empty() -> Self {
+        Mechanism {
+            root: crate::BodyId(0),
+            joints: Vec::new(),
+            bodies: Vec::new(),
+            offsets: Vec::new(),
+            q: Vec::new(),
+            v: Vec::new(),
+            carried: Vec::new(),
+            frozen: false,
+            built: None,
+        }
+    }
+}
+
+impl Island {
+    fn new() -> Self {
+        Island {
+            members: Vec::new(),
+            mechanisms: Vec::new(),
+            found: Vec::new(),
+            contacts: Vec::new(),
+            totals: Vec::new(),
+            lost: false,
+        }
+    }
+
+    /// Moves the trees by a number of sub-steps of `h`, s. If a state would become infinite, all stay where they are.
+    fn advance(&mut self, gravity: nalgebra::Vector3<f64>, h: f64, substeps: usize) {
+        self.totals = vec![nalgebra::Vector3::zeros(); self.contacts.len()];
+        for mechanism in &mut self.mechanisms {
+            let Some(built) = &mut mechanism.built else { continue };
+            built.state.q.copy_from_slice(&mechanism.q);
+            built.state.v.copy_from_slice(&mechanism.v);
+            built.efforts.fill(0.0);
+        }
+        let first = self.mechanisms.first_mut().and_then(|m| m.built.as_mut());
+        let mut group = first.map(|built| std::mem::take(&mut built.group)).unwrap_or_default();
+        for _ in 0..substeps {
+            if self.substep(&mut group, gravity, h).is_none() {
+                self.lost = true;
+                return;
+            }
+            for (total, contact) in self.totals.iter_mut().zip(&self.contacts) {
+                *total += contact.impulse;
+            }
+            for mechanism in &mut self.mechanisms {
+                let Some(built) = &mut mechanism.built else { continue };
+                built.efforts.iter_mut().zip(&mechanism.carried).for_each(|(sum, effort)| *sum += effort);
+            }
+        }
+        if let Some(built) = self.mechanisms.first_mut().and_then(|m| m.built.as_mut()) {
+            built.group = group;
+        }
+        for Mechanism { q, v, built, .. } in &mut self.mechanisms {
+            let Some(built) = built else { continue };
+            q.copy_from_slice(&built.state.q);
+            v.copy_from_slice(&built.state.v);
+            for (i, v) in v.iter_mut().enumerate().take(6).filter(|_| built.damping != [0.0; 2]) {
+                *v /= 1.0 + h * substeps as f64 * built.damping[usize::from(i >= 3)];
+            }
+        }
+    }
+
+    fn substep(&mut self, group: &mut Group, gravity: nalgebra::Vector3<f64>, h: f64) -> Option<()> {
+        if self.contacts.is_empty() {
+            for mechanism in &mut self.mechanisms {
+                let Some(built) = &mut mechanism.built else { continue };
+                built.solver.step(&mut built.state, &built.tree, &built.drives, gravity, h).ok()?;
+                mechanism.carried.copy_from_slice(&built.solver.efforts().drive);
+            }
+            return Some(());
+        }
+        let mut members = Vec::with_capacity(self.mechanisms.len());
+        for mechanism in &mut self.mechanisms {
+            let built = mechanism.built.as_mut()?;
+            members.push(Member {
+                tree: &built.tree,
+                state: &mut built.state,
+                drives: &built.drives,
+                solver: &mut built.solver,
+                carried: &mut mechanism.carried,
+            });
+        }
+        group.step(&mut members, &mut self.contacts, gravity, h).ok()?;
+        Some(())
+    }
+}

@@ -1,0 +1,92 @@
+//! What only mechanisms that are solved as trees do.
+
+use crate::{kit::*, scenes::*};
+
+/// A slide with a block that pushes a box over the floor and draws back: the joint bears the box's friction, and the box
+/// stays where it was left.
+fn pusher() -> String {
+    let slide = placed([0.0, 0.0, 0.1], [0.0, 1.0, 0.0], std::f64::consts::FRAC_PI_2)
+        + "\ntype = \"prismatic\"\ncontrol = \"velocity\"\nmax_force_n = 200.0\nlimits_m = [-1.0, 1.0]";
+    floor(0.5)
+        + &base([-1.0, 0.0, 0.1])
+        + &joint("slide", "/base", &slide)
+        + &body(
+            "block",
+            "/base/slide",
+            "box",
+            [0.1; 3],
+            1.0,
+            "respondable = true\nfriction = 0.0\nposition_m = [0, 0, 0]",
+        )
+        + &body("box", "", "box", [0.2; 3], 3.0, "respondable = true\nposition_m = [0.2, 0.0, 0.1]")
+        + &watcher(
+            "hand",
+            "function sysCall_actuation()
+                local t = sim.getSimulationTime()
+                sim.setJointTargetVelocity(sim.getObject('/base/slide'), t < 2 and 0.1 or -0.1)
+            end",
+        )
+}
+
+#[test]
+fn a_joint_feels_what_it_pushes() {
+    let lines = watch_run(&pusher(), &["/base/slide", "/box"], 4.0);
+    let at = |t: f64| lines.iter().find(|l| l.time() >= t - 1e-9).unwrap();
+    // the block meets the box after 0.05 m
+    near("free", of_joint(at(0.3), "/base/slide", "effort"), 0.0, 1e-9);
+    near("pushing", of_joint(at(1.8), "/base/slide", "effort"), 0.5 * 3.0 * G, 1e-3);
+    near("pushed", position(at(2.0), "/box")[0], 0.2 + 0.15, 1e-3);
+    near("left behind", position(at(4.0), "/box")[0], position(at(2.2), "/box")[0], 1e-5);
+    near("free again", of_joint(at(3.0), "/base/slide", "effort"), 0.0, 1e-9);
+}
+
+#[test]
+fn what_a_tree_touches_goes_on_from_a_snapshot() {
+    for at in ["0.55", "1.0", "2.1"] {
+        let place = scene_of(&pusher());
+        let hash = |args: &[&str]| place.run(&[&["--seconds", "4"], args].concat()).good().json()["hash"].clone();
+        let one = hash(&["--threads", "1"]);
+        assert_eq!(one, hash(&["--threads", "2", "--snapshot-at", at, "some.state"]));
+        assert_eq!(one, hash(&["--from", "some.state"]), "{at}");
+    }
+}
+
+#[test]
+fn several_trees_have_the_same_bits_on_any_number_of_threads() {
+    let arm = |x: usize| format!("[[model]]\nmodel = \"ur5\"\nposition_m = [{}, 0, 0]\n", 2 * x);
+    let arms: String = (0..6).map(arm).collect();
+    let place = scene_of(&(floor(1.0) + &arms + "[[model]]\nmodel = \"quadruped\"\nposition_m = [0, 3, 0]\n"));
+    let run = |args: &[&str]| place.run(&[&["--seconds", "1"], args].concat()).good().json()["hash"].clone();
+    let one = run(&["--threads", "1"]);
+    assert_eq!(one, run(&["--threads", "2"]));
+    assert_eq!(one, run(&["--threads", "4"]));
+}
+
+#[test]
+fn the_solver_of_a_mechanism_is_named_with_the_reason() {
+    let link = body("link", "/base/j", "box", [0.1; 3], 1.0, "");
+    let own = |solver: &str| base([0.0; 3]).replacen("alias", &format!("joint_solver = \"{solver}\"\nalias"), 1);
+    let arm = |base: &str| base.to_owned() + &joint("j", "/base", "") + &link;
+    let solver = |scene: &str| {
+        let out = scene_of(scene).tatu(&["check", "scene.toml", "--json"]).good().json();
+        out["mechanisms"]["/base"].as_str().unwrap().to_owned()
+    };
+    assert_eq!(solver(&arm(&base([0.0; 3]))), "tree: the scene's joint_solver");
+    assert_eq!(solver(&arm(&own("tree"))), "tree: its own joint_solver");
+    assert_eq!(solver(&arm(&own("reduced"))), "reduced: its own joint_solver");
+    let closed = "[[object]]\nkind = \"dummy\"\nalias = \"a\"\nparent = \"/base\"\nlink = \"/base/j/link/b\"\n\
+                  [[object]]\nkind = \"dummy\"\nalias = \"b\"\nparent = \"/base/j/link\"\nlink = \"/base/a\"\n";
+    assert_eq!(solver(&(arm(&own("tree")) + closed)), "reduced: linked dummies close a loop");
+    let screw = own("tree") + &joint("j", "/base", "lead_m = 0.01") + &link;
+    assert_eq!(solver(&screw), "reduced: gears or screws couple its joints");
+}
+
+/// The quadruped walks ahead, upright and straight.
+#[test]
+fn legs_walk() {
+    let scene = floor(1.0) + "[[model]]\nmodel = \"quadruped\"\n";
+    let lines = watch_run(&scene, &["/go1"], 8.0);
+    let end = position(&lines[lines.len() - 1], "/go1");
+    println!("{end:?}");
+    assert!(end[0] > 1.0 && end[1].abs() < 0.1 && end[2] > 0.25);
+}

@@ -1,0 +1,25 @@
+//! The same tests with `joint_solver = "tree"` for all mechanisms that would be in reduced form.
+
+/// Keys of `[scene]` that all scenes get.
+const SETTINGS: &str = "joint_solver = \"tree\"\n";
+
+/// The solver of vehicles.
+const VEHICLES: &str = "tree";
+
+#[path = "../program/kit/base.rs"]
+#[allow(dead_code, reason = "shared with the tests of the program")]
+mod kit;
+
+mod arms;
+mod contacts;
+mod grippers;
+mod mechanisms;
+mod overlaps;
+mod parts;
+#[allow(dead_code, reason = "shared with the other tests")]
+mod scenes;
+mod surfaces;
+mod swings;
+mod targets;
+mod tree;
+mod vehicles;
