@@ -1,6 +1,6 @@
 //! The velocities of points of contact as rows over the velocities of trees.
 //!
-//! With M = L'DL and z = L v, a row J becomes y = L^-T J', which is 0 except on the way from the body to the root. An
+//! With M = L'DL and z = L v, a row J becomes y = L^-T J', which is 0 except on the path from the body to the root. An
 //! impulse l along the row changes z by D^-1 y l, and the velocity of the row is y.z: a sweep over the rows costs the
 //! depth of each, not the number of velocities. The same holds for the matrix of a step with stiff drives and springs,
 //! which [`Pivot`](crate::pivot::Pivot) factorises.
@@ -136,13 +136,13 @@ impl Rows {
             });
             let of = |d: u32| wrenches.map(|wrench| kinematics.axes[d as usize].dot(&wrench));
             match halves[0] {
-                Some(Half { member, first, end }) if member == side.member => {
-                    self.merge(first, end, way(tree, side.link), of);
+                Some(Half { member, first, .. }) if member == side.member => {
+                    self.merge(first, path(tree, side.link), of);
                     halves[0] = Some(Half { member, first, end: self.columns.len() });
                 }
                 _ => {
                     let first = self.columns.len();
-                    for &d in way(tree, side.link) {
+                    for &d in path(tree, side.link) {
                         self.columns.push(d);
                         self.jacobian.push(of(d));
                     }
@@ -153,9 +153,9 @@ impl Rows {
         halves
     }
 
-    /// Adds a second way to the root to the columns from `first` to `end`, which stay sorted.
-    fn merge(&mut self, first: usize, end: usize, way: &[u32], of: impl Fn(u32) -> Vec3) {
-        for &d in way {
+    /// Adds a second path to the root to the columns from `first` on, which stay sorted.
+    fn merge(&mut self, first: usize, path: &[u32], of: impl Fn(u32) -> Vec3) {
+        for &d in path {
             let at = first + self.columns[first..].partition_point(|c| *c < d);
             if self.columns.get(at) == Some(&d) {
                 self.jacobian[at] = add(self.jacobian[at], of(d));
@@ -164,7 +164,6 @@ impl Rows {
                 self.jacobian.insert(at, of(d));
             }
         }
-        debug_assert!(self.columns.len() >= end);
     }
 
     /// Computes y and the responses of all rows on one member from factors of its matrix.
@@ -277,7 +276,7 @@ fn mass(members: &[Member<'_>], side: Side) -> f64 {
 }
 
 /// Returns the velocities that move a link, from the root on.
-fn way(tree: &Tree, link: usize) -> &[u32] {
+fn path(tree: &Tree, link: usize) -> &[u32] {
     match tree.last[link] {
         NONE => &[],
         d => &tree.columns[tree.rows[d as usize]..tree.rows[d as usize + 1]],

@@ -93,7 +93,7 @@ fn choose(scene: &Scene) -> Forms {
                 (JointForm::Impulse, "a vehicle: its wheels turn about their centres of mass")
             }
             _ if scene.joint_solver == JointSolver::Tree => tree("the scene's joint_solver"),
-            _ => (JointForm::Reduced, "no vehicle with centred wheels"),
+            _ => (JointForm::Reduced, "not a vehicle with centred wheels"),
         };
         of_root.insert(root, choice);
     }

@@ -159,17 +159,7 @@ impl Rapier {
             bodies.extend(self.joint(joint).map(|r| r.bodies.1));
         }
         let frozen = bodies.iter().any(|b| self.record(*b).is_none_or(|r| !self.world.bodies[r.handle].is_enabled()));
-        let mut mechanism = Mechanism {
-            root,
-            joints: links,
-            bodies,
-            offsets: Vec::new(),
-            q: Vec::new(),
-            v: Vec::new(),
-            carried: Vec::new(),
-            frozen,
-            built: None,
-        };
+        let mut mechanism = Mechanism { joints: links, bodies, frozen, ..Mechanism::new(root) };
         for link in 0..mechanism.joints.len() {
             let (q, v) = self.read_state(&mechanism, link, None);
             mechanism.offsets.push((mechanism.q.len(), mechanism.v.len(), v.len()));

@@ -92,7 +92,6 @@ impl Rapier {
             Some(side) => self.link_pose(side)?,
             None => self.pose_before(id, body, dt),
         };
-        let (linear, angular) = if side.is_some() { self.link_velocity(id) } else { (linear, angular) };
         Some(Partner { body: id, side, pose, linear, angular, still: body.is_fixed() })
     }
 
@@ -110,11 +109,6 @@ impl Rapier {
     /// Returns the pose of rapier's body of a link at the beginning of the step.
     fn link_pose(&self, side: Side) -> Option<Isometry3<f64>> {
         Some(*self.tables.mechanisms.get(side.member)?.built.as_ref()?.poses.get(side.link)?)
-    }
-
-    fn link_velocity(&self, body: BodyId) -> (Vector3<f64>, Vector3<f64>) {
-        let velocity = self.velocity(body);
-        (convert::vector_back(velocity.linear), convert::vector_back(velocity.angular))
     }
 
     fn read_pair(&self, pair: &ContactPair, a: &Partner, b: &Partner, found: &mut Vec<Found>) {

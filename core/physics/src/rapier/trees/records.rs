@@ -29,6 +29,23 @@ pub(in crate::rapier) struct Mechanism {
     pub built: Option<Box<Built>>,
 }
 
+impl Mechanism {
+    /// Returns a mechanism without links.
+    pub fn new(root: BodyId) -> Self {
+        Mechanism {
+            root,
+            joints: Vec::new(),
+            offsets: Vec::new(),
+            bodies: Vec::new(),
+            q: Vec::new(),
+            v: Vec::new(),
+            carried: Vec::new(),
+            frozen: false,
+            built: None,
+        }
+    }
+}
+
 /// The tree of a mechanism, with the room to move it.
 pub(in crate::rapier) struct Built {
     pub tree: Tree,

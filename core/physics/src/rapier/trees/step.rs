@@ -1,5 +1,6 @@
 //! A physics step of all trees.
 
+use nalgebra::Vector3;
 use rapier3d::math::Vector;
 use rayon::prelude::*;
 use tatu_mechanisms::{Contact, Group, Member};
@@ -8,7 +9,7 @@ use super::{
     contacts::Found,
     records::{Load, Mechanism},
 };
-use crate::{convert, rapier::state::Rapier};
+use crate::{BodyId, convert, rapier::state::Rapier};
 
 /// Velocities of all trees together from which they are worth several threads.
 const MANY: usize = 64;
@@ -21,7 +22,7 @@ struct Island {
     /// Indices of the contacts, and the contacts themselves, with members by their place here.
     found: Vec<usize>,
     contacts: Vec<Contact>,
-    totals: Vec<nalgebra::Vector3<f64>>,
+    totals: Vec<Vector3<f64>>,
     /// Whether the state became infinite.
     lost: bool,
 }
@@ -120,7 +121,7 @@ impl Rapier {
             islands[island].contacts.push(contact);
         }
         // the order of this vector is that of the mechanisms again
-        self.tables.mechanisms = islands.iter().flat_map(|i| &i.members).map(|_| Mechanism::empty()).collect();
+        self.tables.mechanisms = islands.iter().flat_map(|i| &i.members).map(|_| Mechanism::new(BodyId(0))).collect();
         islands
     }
 
@@ -187,29 +188,12 @@ impl Rapier {
 
     /// Returns the force on a body of a tree and its torque about the centre of mass, besides gravity and contacts, N
     /// and Nm.
-    pub(in crate::rapier) fn tree_load(&self, body: crate::BodyId) -> (Vector, Vector) {
+    pub(in crate::rapier) fn tree_load(&self, body: BodyId) -> (Vector, Vector) {
         let mut load = self.tables.loads.get(&body).copied().unwrap_or_default();
         for (_, more) in self.tables.step_loads.iter().filter(|(b, _)| *b == body) {
             load = Load { force: load.force + more.force, torque: load.torque + more.torque };
         }
         (convert::vector(&load.force), convert::vector(&load.torque))
-    }
-}
-
-impl Mechanism {
-    /// Returns a place for a mechanism that is elsewhere.
-    fn empty() -> Self {
-        Mechanism {
-            root: crate::BodyId(0),
-            joints: Vec::new(),
-            bodies: Vec::new(),
-            offsets: Vec::new(),
-            q: Vec::new(),
-            v: Vec::new(),
-            carried: Vec::new(),
-            frozen: false,
-            built: None,
-        }
     }
 }
 
@@ -226,8 +210,8 @@ impl Island {
     }
 
     /// Moves the trees by a number of sub-steps of `h`, s. If a state would become infinite, all stay where they are.
-    fn advance(&mut self, gravity: nalgebra::Vector3<f64>, h: f64, substeps: usize) {
-        self.totals = vec![nalgebra::Vector3::zeros(); self.contacts.len()];
+    fn advance(&mut self, gravity: Vector3<f64>, h: f64, substeps: usize) {
+        self.totals = vec![Vector3::zeros(); self.contacts.len()];
         for mechanism in &mut self.mechanisms {
             let Some(built) = &mut mechanism.built else { continue };
             built.state.q.copy_from_slice(&mechanism.q);
@@ -262,7 +246,7 @@ impl Island {
         }
     }
 
-    fn substep(&mut self, group: &mut Group, gravity: nalgebra::Vector3<f64>, h: f64) -> Option<()> {
+    fn substep(&mut self, group: &mut Group, gravity: Vector3<f64>, h: f64) -> Option<()> {
         if self.contacts.is_empty() {
             for mechanism in &mut self.mechanisms {
                 let Some(built) = &mut mechanism.built else { continue };
