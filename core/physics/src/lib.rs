@@ -230,11 +230,11 @@ pub enum JointForm {
 pub struct Passive {
     /// Damping, N m s/rad or N s/m.
     pub damping: f64,
-    /// Dry friction, N m or N. Only in reduced form.
+    /// Dry friction, N m or N. Not in impulse form.
     pub friction: f64,
-    /// Inertia of a rotor behind a gearbox, reflected to the joint, kg m^2 or kg. Only in reduced form.
+    /// Inertia of a rotor behind a gearbox, reflected to the joint, kg m^2 or kg. Not in impulse form.
     pub armature: f64,
-    /// Stiffness of a spring towards `rest`, N m/rad or N/m. Only in reduced form.
+    /// Stiffness of a spring towards `rest`, N m/rad or N/m. Not in impulse form.
     pub stiffness: f64,
     /// Rest position of the spring, rad or m.
     pub rest: f64,

@@ -207,6 +207,61 @@ fn mechanisms_in_a_crowd_are_left_to_the_engine() {
     assert!((state.velocity + 0.4).abs() < 1e-6 && (state.position + 0.6).abs() < 0.02, "{state:?}");
 }
 
+/// What is hit fast is adopted before the hit, so that momentum is kept: by a link, and by a body that was adopted.
+#[test]
+fn fast_hits_keep_momentum() {
+    for speed in [0.1, 1.0, 7.0] {
+        let mut engine = engine(0.005);
+        engine.configure(EngineSettings { gravity: Vector3::zeros(), step: 0.005, ..EngineSettings::default() });
+        let post = engine.add_body(&fixed(at(0.0, 0.0, 0.5), vec![]));
+        let desc = body(at(0.0, 0.0, 0.5), mass(1.0, [1.0 / 150.0; 3]), part(Form::Box { half: Vector3::repeat(0.1) }));
+        let linear_velocity = Vector3::new(speed, 0.0, 0.0);
+        let block = engine.add_body(&BodyDesc { linear_velocity, ..desc });
+        engine.add_joint(&slide(post, block)).unwrap();
+        let cubes = [0.313, 0.513, 0.725].map(|x| cube_at(&mut engine, x, 0.5, (1e3 * x) as u32));
+        engine.advance((0.3 / speed / 0.005) as u32);
+        let velocities = [block, cubes[0], cubes[1], cubes[2]].map(|body| engine.twist(body).linear.x);
+        assert!(velocities.iter().all(|v| (v - 0.25 * speed).abs() < 0.02 * speed), "{velocities:?}");
+        assert!((velocities.iter().sum::<f64>() - speed).abs() < 1e-6 * speed, "{velocities:?}");
+    }
+}
+
+/// A tree that meets a mechanism in reduced form is left to the engine, so that momentum is kept, and is a tree again
+/// when they have been apart for a while. The free cube between the two hands the push on.
+#[test]
+fn mechanisms_that_meet_others_are_left_to_the_engine() {
+    for between in [false, true] {
+        let mut engine = engine(0.005);
+        let post = engine.add_body(&fixed(at(0.0, 0.0, 0.5), vec![]));
+        let mut block = |x: f64, tree: u32, form: JointForm, v: f64| {
+            let desc =
+                body(at(x, 0.0, 0.5), mass(1.0, [1.0 / 150.0; 3]), part(Form::Box { half: Vector3::repeat(0.1) }));
+            let linear_velocity = Vector3::new(v, 0.0, 0.0);
+            let respond = Respond { mask: 0xffff, tree };
+            let block = engine.add_body(&BodyDesc { friction: 0.0, linear_velocity, respond, ..desc });
+            let frame_in_a = turned(Vector3::new(x, 0.0, 0.0), Vector3::y(), std::f64::consts::FRAC_PI_2);
+            (block, engine.add_joint(&JointDesc { form, frame_in_a, ..slide(post, block) }).unwrap())
+        };
+        let (hits, first) = block(0.0, 2, JointForm::Tree, 1.0);
+        let (hit, second) = block(0.6, 3, JointForm::Reduced, 0.0);
+        if between {
+            cube_at(&mut engine, 0.3, 0.5, 4);
+            engine.configure(EngineSettings { gravity: Vector3::zeros(), step: 0.005, ..EngineSettings::default() });
+        }
+        let tied = |engine: &Rapier| engine.tables.joints[first.0 as usize].as_ref().unwrap().tied().is_some();
+        let speed = |engine: &Rapier, body: BodyId| engine.twist(body).linear.x;
+        engine.advance(if between { 80 } else { 120 });
+        assert!(!tied(&engine) && !adopted(&engine, hits), "{between}");
+        let share = if between { 1.0 / 3.0 } else { 0.5 };
+        let (v1, v2) = (speed(&engine, hits), speed(&engine, hit));
+        assert!((v1 - share).abs() < 0.01 && (v2 - share).abs() < 0.01, "{v1} {v2}");
+        engine.drive(second, Drive::Velocity { target: 1.0, max_force: 100.0, slip: 0.0 });
+        engine.advance(500);
+        assert!(tied(&engine) && adopted(&engine, hits), "{between}");
+        assert!((speed(&engine, hits) - v1).abs() < 1e-9);
+    }
+}
+
 /// What is placed right after a restore, or together with the base, counts.
 #[test]
 fn placing_counts_when_trees_are_made_anew() {

@@ -2,8 +2,8 @@
 //! are solved together.
 //!
 //! Only the state decides: free bodies that can be reached from a link through contacts are adopted, and given back
-//! when they could not be reached for a while. Bodies that cannot be adopted, such as vehicles and mechanisms that the
-//! engine solves, feel a tree as something of infinite mass.
+//! when they could not be reached for a while. A mechanism that reaches what cannot be adopted, such as a vehicle or a
+//! mechanism that the engine solves, is left to the engine as in a crowd.
 
 use std::collections::BTreeSet;
 
@@ -20,6 +20,14 @@ const APART_S: f64 = 0.1;
 
 /// Most free bodies that a mechanism adopts, directly and through others; beyond, it is in a crowd.
 pub(super) const MOST: usize = 16;
+
+/// What a mechanism touches or is about to, directly and through free bodies.
+pub(super) struct Reach {
+    /// Free bodies: all of them, or more than [`MOST`].
+    pub free: BTreeSet<BodyId>,
+    /// Bodies that move, that no tree moves, and that cannot be adopted.
+    pub foreign: BTreeSet<BodyId>,
+}
 
 impl Rapier {
     /// Marks a body as one that a tree moves: rapier finds its contacts with everything, and does not move it.
@@ -95,8 +103,12 @@ impl Rapier {
 
     /// Adopts what trees touch, and gives back what they no longer touch. Trees in a crowd are left to rapier.
     pub(in crate::rapier) fn adopt(&mut self) {
-        if self.tables.mechanisms.is_empty() {
-            return self.leave_crowds();
+        if self.tables.mechanisms.is_empty() && self.tables.crowded.is_empty() {
+            return;
+        }
+        let fastest = self.fastest_way();
+        if fastest.is_none() && self.tables.adopted.is_empty() {
+            return;
         }
         let dt = self.world.integration_parameters.dt;
         let (mut reached, mut crowds) = (BTreeSet::new(), Vec::new());
@@ -104,11 +116,11 @@ impl Rapier {
             if mechanism.frozen || self.tables.adopted.contains_key(&mechanism.root) {
                 continue;
             }
-            let found = self.reach(&mechanism.bodies);
-            if found.len() > MOST {
-                crowds.push((i, found));
+            let Reach { free, foreign } = self.reach(&mechanism.bodies, fastest);
+            if free.len() > MOST || !foreign.is_empty() {
+                crowds.push((i, free));
             } else {
-                reached.extend(found);
+                reached.extend(free);
             }
         }
         for (i, found) in crowds {
@@ -134,23 +146,30 @@ impl Rapier {
         for body in apart {
             self.give_back(body);
         }
-        self.leave_crowds();
+        self.leave_crowds(fastest);
     }
 
-    /// Returns the free bodies that touch these, or touch others that do: all of them, or more than [`MOST`].
-    pub(super) fn reach(&self, bodies: &[BodyId]) -> BTreeSet<BodyId> {
+    /// Returns what touches these bodies or is about to, directly or through free bodies; `fastest` is the greatest way
+    /// in a step of a body that rapier moves, m, if there is any.
+    pub(super) fn reach(&self, bodies: &[BodyId], fastest: Option<f64>) -> Reach {
         let mut open = bodies.to_vec();
-        let mut found = BTreeSet::new();
+        let mut reach = Reach { free: BTreeSet::new(), foreign: BTreeSet::new() };
         let mut next = 0;
-        while next < open.len() && found.len() <= MOST {
-            for other in self.touching(open[next]) {
-                if self.may_be_adopted(other) && found.insert(other) {
-                    open.push(other);
+        while next < open.len() && reach.free.len() <= MOST {
+            let mut near = self.touching(open[next]);
+            near.extend(fastest.into_iter().flat_map(|fastest| self.approached(open[next], fastest)));
+            for other in near {
+                if self.may_be_adopted(other) {
+                    if reach.free.insert(other) {
+                        open.push(other);
+                    }
+                } else if self.is_foreign(other) && !bodies.contains(&other) {
+                    reach.foreign.insert(other);
                 }
             }
             next += 1;
         }
-        found
+        reach
     }
 
     /// Returns the bodies that touch a body or are about to, in order of ids.
@@ -164,6 +183,12 @@ impl Rapier {
             .filter_map(|c| report::body_of(&self.world, c))
             .filter(|other| *other != body)
             .collect()
+    }
+
+    /// Returns whether the engine moves a body that no tree may adopt.
+    fn is_foreign(&self, body: BodyId) -> bool {
+        let Some(record) = self.record(body) else { return false };
+        record.motion == Motion::Dynamic && !record.in_tree && self.world.bodies[record.handle].is_enabled()
     }
 
     fn may_be_adopted(&self, body: BodyId) -> bool {

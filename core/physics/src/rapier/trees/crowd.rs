@@ -1,7 +1,10 @@
-//! Mechanisms in a crowd: where many free bodies touch each other and a tree, the engine is better at all of them.
+//! Mechanisms in a crowd: where many free bodies touch each other and a tree, the engine is better at all of them, and
+//! where a tree touches a vehicle or a mechanism that the engine solves, only the engine can solve both sides.
 //!
 //! Such a mechanism becomes one in reduced form, and what it had adopted goes back to the engine. It becomes a tree
-//! again when it has touched few bodies for a while. Only the state decides.
+//! again when it has touched few bodies, all of them free, for a while. Only the state decides.
+
+use std::collections::{BTreeMap, BTreeSet};
 
 use crate::{
     BodyId, JointDesc, JointForm, JointId,
@@ -9,7 +12,10 @@ use crate::{
         joints,
         records::{Held, JointRecord, Tied},
         state::{Rapier, mark},
-        trees::{adopt::MOST, records::Crowded},
+        trees::{
+            adopt::{MOST, Reach},
+            records::Crowded,
+        },
     },
 };
 
@@ -69,35 +75,51 @@ impl Rapier {
         }
     }
 
-    /// Makes trees of mechanisms that are no longer in a crowd.
-    pub(super) fn leave_crowds(&mut self) {
+    /// Makes trees of mechanisms that are no longer in a crowd. Those that touch each other wait for each other.
+    pub(super) fn leave_crowds(&mut self, fastest: Option<f64>) {
         let dt = self.world.integration_parameters.dt;
         let mut crowded = std::mem::take(&mut self.tables.crowded);
         crowded.retain_mut(|crowd| {
             // joints may have been removed
             crowd.joints.retain(|id| self.joint(*id).is_some_and(|r| r.reduced().is_some()));
-            if crowd.joints.is_empty() {
-                return false;
-            }
-            let few = self.reach(&crowd.bodies).len() <= MOST / 2;
-            crowd.calm_s = if few { crowd.calm_s + dt } else { 0.0 };
-            if crowd.calm_s < CALM_S {
-                return true;
-            }
-            for id in &crowd.joints {
-                let Some(Some(record)) = self.tables.joints.get_mut(id.0 as usize) else { continue };
-                let before = *record;
-                record.held = Held::Tree(Tied::default());
-                if let Some(reduced) = before.reduced() {
-                    self.remove_reduced(&before, *reduced);
-                }
-            }
-            let ends = |id: &JointId| self.joint(*id).map(|r| [r.bodies.0, r.bodies.1]);
-            let bodies: Vec<BodyId> = crowd.joints.iter().filter_map(ends).flatten().collect();
-            bodies.into_iter().for_each(|body| self.take_body(body));
-            (self.tables.mechanisms_changed, self.tables.joints_changed) = (true, true);
-            false
+            !crowd.joints.is_empty()
         });
-        self.tables.crowded = crowded;
+        let owners: BTreeMap<BodyId, usize> =
+            crowded.iter().enumerate().flat_map(|(i, c)| c.bodies.iter().map(move |b| (*b, i))).collect();
+        // the crowds that each touches
+        let mut touched: Vec<BTreeSet<usize>> = Vec::new();
+        for crowd in &mut crowded {
+            let Reach { free, foreign } = self.reach(&crowd.bodies, fastest);
+            let calm = free.len() <= MOST / 2 && foreign.iter().all(|body| owners.contains_key(body));
+            crowd.calm_s = if calm { crowd.calm_s + dt } else { 0.0 };
+            touched.push(foreign.iter().filter_map(|body| owners.get(body).copied()).collect());
+        }
+        let mut leaves: Vec<bool> = crowded.iter().map(|c| c.calm_s >= CALM_S).collect();
+        while let Some(i) = (0..leaves.len()).find(|i| leaves[*i] && touched[*i].iter().any(|other| !leaves[*other])) {
+            leaves[i] = false;
+        }
+        for (crowd, leaves) in crowded.into_iter().zip(leaves) {
+            if leaves {
+                self.make_tree(&crowd.joints);
+            } else {
+                self.tables.crowded.push(crowd);
+            }
+        }
+    }
+
+    /// Makes a tree of joints in reduced form.
+    fn make_tree(&mut self, joints: &[JointId]) {
+        for id in joints {
+            let Some(Some(record)) = self.tables.joints.get_mut(id.0 as usize) else { continue };
+            let before = *record;
+            record.held = Held::Tree(Tied::default());
+            if let Some(reduced) = before.reduced() {
+                self.remove_reduced(&before, *reduced);
+            }
+        }
+        let ends = |id: &JointId| self.joint(*id).map(|r| [r.bodies.0, r.bodies.1]);
+        let bodies: Vec<BodyId> = joints.iter().filter_map(ends).flatten().collect();
+        bodies.into_iter().for_each(|body| self.take_body(body));
+        (self.tables.mechanisms_changed, self.tables.joints_changed) = (true, true);
     }
 }

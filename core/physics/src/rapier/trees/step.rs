@@ -163,10 +163,16 @@ impl Rapier {
                 built.poses[link] = pose;
                 let velocity = built.kinematics.velocity(link, pose.translation.vector);
                 let (angular, linear) = velocity.unwrap_or_default();
-                let moved = &mut self.world.bodies[handle];
-                moved.set_position(convert::pose(&pose), true);
-                moved.set_linvel(convert::vector(&linear), true);
-                moved.set_angvel(convert::vector(&angular), true);
+                // a body that is set counts as changed, even to what it was
+                let (pose, linear, angular) =
+                    (convert::pose(&pose), convert::vector(&linear), convert::vector(&angular));
+                let body = &self.world.bodies[handle];
+                if *body.position() != pose || body.linvel() != linear || body.angvel() != angular {
+                    let moved = &mut self.world.bodies[handle];
+                    moved.set_position(pose, true);
+                    moved.set_linvel(linear, true);
+                    moved.set_angvel(angular, true);
+                }
             }
         }
         self.tables.mechanisms[index].built = Some(built);
