@@ -20,7 +20,7 @@ import cases
 import engines
 
 STEPS = (0.01, 0.005, 0.002)
-ENGINES = {"tatu": "Tatu", "trees": "trees", "mujoco": "MuJoCo", "mujoco tuned": "tuned"}
+ENGINES = {"tatu": "Tatu", "reduced": "reduced", "mujoco": "MuJoCo", "mujoco tuned": "tuned"}
 BEGIN, END = "<!-- table begins: bench/physics/table.py --write -->", "<!-- table ends -->"
 
 
@@ -50,10 +50,10 @@ def measure(program, build):
     for dt in STEPS:
         for engine in ENGINES:
             def run():
-                if engine == "trees" and not any(b.parent for b in scene.bodies):
+                if engine == "reduced" and not any(b.parent for b in scene.bodies):
                     return math.nan, math.nan
-                if engine in ("tatu", "trees"):
-                    solver = "tree" if engine == "trees" else "auto"
+                if engine in ("tatu", "reduced"):
+                    solver = "reduced" if engine == "reduced" else "auto"
                     trace = engines.tatu(program, scene, seconds, dt, 4, names, solver)
                 else:
                     trace = engines.of_mujoco(scene, seconds, dt, engine != "mujoco", names)

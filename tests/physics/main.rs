@@ -25,4 +25,5 @@ mod stacks;
 mod surfaces;
 mod swings;
 mod targets;
+mod tree;
 mod vehicles;

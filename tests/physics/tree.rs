@@ -71,7 +71,9 @@ fn the_solver_of_a_mechanism_is_named_with_the_reason() {
         let out = scene_of(scene).tatu(&["check", "scene.toml", "--json"]).good().json();
         out["mechanisms"]["/base"].as_str().unwrap().to_owned()
     };
-    assert_eq!(solver(&arm(&base([0.0; 3]))), "tree: the scene's joint_solver");
+    assert_eq!(solver(&arm(&base([0.0; 3]))), "tree: not a vehicle with centred wheels");
+    let of_scene = "joint_solver = \"reduced\"\n".to_owned() + &arm(&base([0.0; 3]));
+    assert_eq!(solver(&of_scene), "reduced: the scene's joint_solver");
     assert_eq!(solver(&arm(&own("tree"))), "tree: its own joint_solver");
     assert_eq!(solver(&arm(&own("reduced"))), "reduced: its own joint_solver");
     let closed = "[[object]]\nkind = \"dummy\"\nalias = \"a\"\nparent = \"/base\"\nlink = \"/base/j/link/b\"\n\

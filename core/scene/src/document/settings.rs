@@ -186,7 +186,7 @@ pub(super) fn keys() -> Vec<(Declared, ())> {
             ..of("friction_rule", TATU_TEXT, None, any, 0)
         },
         Declared {
-            choices: [JointSolver::Auto, JointSolver::Tree].map(|s| s.name().to_owned()).to_vec(),
+            choices: [JointSolver::Auto, JointSolver::Reduced].map(|s| s.name().to_owned()).to_vec(),
             ..of("joint_solver", TATU_TEXT, None, any, 0)
         },
         of("friction_pairs", TATU_LIST, None, any, 0),

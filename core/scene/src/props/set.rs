@@ -144,6 +144,7 @@ pub fn set(scene: &mut Scene, slot: u32, row: Row, value: &Value) -> Result<Chan
         }
         _ => {}
     }
+    let special = has_special_surface(scene, slot);
     let text = match value {
         Value::Text(t) => String::from_utf8_lossy(t).into_owned(),
         _ => String::new(),
@@ -227,6 +228,12 @@ pub fn set(scene: &mut Scene, slot: u32, row: Row, value: &Value) -> Result<Chan
         Row::Visible | Row::Layer => scene.seen_version += 1,
         Row::Color => scene.color_version += 1,
         Row::Explicit | Row::Rate | Row::Noise | Row::SensorTargets | Row::SensorIgnored => scene.sensor_version += 1,
+        // the solver of a mechanism depends on whether its surfaces are special
+        Row::FrictionAxis | Row::RollingFriction | Row::SpinningFriction
+            if has_special_surface(scene, slot) != special =>
+        {
+            scene.shape_version += 1;
+        }
         _ => {}
     }
     match done {
@@ -237,6 +244,10 @@ pub fn set(scene: &mut Scene, slot: u32, row: Row, value: &Value) -> Result<Chan
         Some(changed) => Ok(changed),
         None => lacks(scene, slot, row),
     }
+}
+
+fn has_special_surface(scene: &Scene, slot: u32) -> bool {
+    scene.get(slot).and_then(|o| o.shape()).is_some_and(|s| s.surface.is_special())
 }
 
 /// Sizes of shapes, m. Beyond these the physics engine's search for contacts fails.
