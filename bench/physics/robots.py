@@ -4,7 +4,8 @@
     python3 bench/physics/robots.py [PROGRAM ...]
 
 Every program, with mechanisms in reduced form and as trees (`auto`), takes turns with MuJoCo, three times; the least
-time of each counts. Joints hold their targets: 0, or the nearest place within their limits. In MuJoCo by a spring (`kp` ten times the limit) with as much damping.
+time of each counts. Joints hold their targets: 0, or the nearest place within their limits; in MuJoCo by a spring (`kp`
+ten times the limit) with as much damping.
 """
 
 import re

@@ -92,3 +92,27 @@ fn legs_walk() {
     println!("{end:?}");
     assert!(end[0] > 1.0 && end[1].abs() < 0.1 && end[2] > 0.25);
 }
+
+/// Rolling friction that a script gives a ball of a mechanism acts from then on: the engine solves the mechanism.
+#[test]
+fn a_surface_may_become_special_in_a_run() {
+    let start = starts([1.0, 0.0, 0.0], [0.0, 10.0, 0.0]);
+    let ball = format!("position_m = [0.0, 0.0, 0.1]\nrespondable = true\n{start}");
+    let scene = floor(1.0)
+        + &body("b", "", "sphere", [0.2; 3], 1.0, &ball)
+        + &joint("j", "/b", "dry_friction_nm = 1.0")
+        + &body("core", "/b/j", "sphere", [0.02; 3], 0.01, &start)
+        + &watcher(
+            "hand",
+            "function sysCall_actuation()
+                if sim.getSimulationTime() > 0.99 then
+                    tatu.set(sim.getObject('/b'), 'shape.rolling_friction', 0.002)
+                end
+            end",
+        );
+    let lines = watch_run(&scene, &["/b"], 3.0);
+    let before = lines.iter().find(|l| l.time() >= 1.0 - 1e-9).unwrap();
+    let end = &lines[lines.len() - 1];
+    near("rolls on", speed(before, "/b"), 1.0, 0.01);
+    near("slows down", speed(end, "/b"), 1.0 - 0.002 / 0.1 * G * 5.0 / 7.0 * (end.time() - 1.0), 0.02);
+}

@@ -39,6 +39,11 @@ fn carries_tie(scene: &Scene, slot: u32) -> bool {
         .any(|tie| scene.children(*tie).iter().any(|c| tie_of(scene, *c).is_some_and(|(above, _)| above == slot)))
 }
 
+/// Returns whether an object is a shape with axis, rolling or spinning friction.
+pub(super) fn has_special_surface(scene: &Scene, slot: u32) -> bool {
+    scene.get(slot).and_then(|o| o.shape()).is_some_and(|s| s.surface.is_special())
+}
+
 /// Returns whether an object above it, a dynamic shape or a joint, can move it.
 fn is_carried(scene: &Scene, slot: u32) -> bool {
     let mut at = scene.get(slot).map_or(0, |o| o.parent);

@@ -1,8 +1,8 @@
 //! The choice of solver for the joints of each mechanism.
 //!
 //! A mechanism consists of everything attached to a root body by joints and force sensors. Reduced coordinates are
-//! exact under any load, whether a tree of links or the engine solves them; the tree is several times as fast, but knows
-//! no loops, gears, screws and special surfaces. Impulses are cheaper still but soft. They suffice for a vehicle: its
+//! exact under any load, whether a tree of links or the engine solves them; the tree is several times as fast, but
+//! does not support loops, gears, screws and special surfaces. Impulses are cheaper still but soft. They suffice for a vehicle: its
 //! wheels turn about axes through their centres of mass, so the joints carry no torque, and swivel or steering axes are
 //! upright.
 
@@ -12,7 +12,7 @@ use tatu_physics::{JointForm, Motion};
 
 use super::{
     Control, Data, JointSolver, JointType, Scene,
-    body_rules::{motion_of, tie_of},
+    body_rules::{has_special_surface, motion_of, tie_of},
     dynamics,
 };
 
@@ -116,8 +116,7 @@ fn unfit_for_trees(scene: &Scene, ties: &BTreeMap<u32, (u32, u32)>) -> BTreeMap<
         }
     }
     for (child, (above, _)) in ties {
-        let special = |slot: u32| scene.get(slot).and_then(|o| o.shape()).is_some_and(|s| s.surface.is_special());
-        if special(*child) || special(*above) {
+        if has_special_surface(scene, *child) || has_special_surface(scene, *above) {
             unfit.insert(root(ties, *child).0, "a surface with axis, rolling or spinning friction");
         }
     }

@@ -18,6 +18,7 @@ use super::{
 };
 use crate::{
     ALIAS,
+    body_rules::has_special_surface,
     graph::{CurveSpec, GraphSpec, MOST_SAMPLES, StreamSpec},
     is_alias,
     noise::NoiseSpec,
@@ -244,10 +245,6 @@ pub fn set(scene: &mut Scene, slot: u32, row: Row, value: &Value) -> Result<Chan
         Some(changed) => Ok(changed),
         None => lacks(scene, slot, row),
     }
-}
-
-fn has_special_surface(scene: &Scene, slot: u32) -> bool {
-    scene.get(slot).and_then(|o| o.shape()).is_some_and(|s| s.surface.is_special())
 }
 
 /// Sizes of shapes, m. Beyond these the physics engine's search for contacts fails.

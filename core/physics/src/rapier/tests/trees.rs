@@ -207,7 +207,7 @@ fn mechanisms_in_a_crowd_are_left_to_the_engine() {
     assert!((state.velocity + 0.4).abs() < 1e-6 && (state.position + 0.6).abs() < 0.02, "{state:?}");
 }
 
-/// What is hit fast is adopted before the hit, so that momentum is kept: by a link, and by a body that was adopted.
+/// Free bodies are adopted before a link, or a body that was adopted, hits them at speed, so that momentum is kept.
 #[test]
 fn fast_hits_keep_momentum() {
     for speed in [0.1, 1.0, 7.0] {
@@ -226,8 +226,8 @@ fn fast_hits_keep_momentum() {
     }
 }
 
-/// A tree that meets a mechanism in reduced form is left to the engine, so that momentum is kept, and is a tree again
-/// when they have been apart for a while. The free cube between the two hands the push on.
+/// A tree that meets a mechanism in reduced form, directly or through a free cube, is left to the engine, so that
+/// momentum is kept; it is a tree again after they have been apart for a while.
 #[test]
 fn mechanisms_that_meet_others_are_left_to_the_engine() {
     for between in [false, true] {
@@ -242,8 +242,8 @@ fn mechanisms_that_meet_others_are_left_to_the_engine() {
             let frame_in_a = turned(Vector3::new(x, 0.0, 0.0), Vector3::y(), std::f64::consts::FRAC_PI_2);
             (block, engine.add_joint(&JointDesc { form, frame_in_a, ..slide(post, block) }).unwrap())
         };
-        let (hits, first) = block(0.0, 2, JointForm::Tree, 1.0);
-        let (hit, second) = block(0.6, 3, JointForm::Reduced, 0.0);
+        let (moving, first) = block(0.0, 2, JointForm::Tree, 1.0);
+        let (resting, second) = block(0.6, 3, JointForm::Reduced, 0.0);
         if between {
             cube_at(&mut engine, 0.3, 0.5, 4);
             engine.configure(EngineSettings { gravity: Vector3::zeros(), step: 0.005, ..EngineSettings::default() });
@@ -251,14 +251,14 @@ fn mechanisms_that_meet_others_are_left_to_the_engine() {
         let tied = |engine: &Rapier| engine.tables.joints[first.0 as usize].as_ref().unwrap().tied().is_some();
         let speed = |engine: &Rapier, body: BodyId| engine.twist(body).linear.x;
         engine.advance(if between { 80 } else { 120 });
-        assert!(!tied(&engine) && !adopted(&engine, hits), "{between}");
+        assert!(!tied(&engine) && !adopted(&engine, moving), "{between}");
         let share = if between { 1.0 / 3.0 } else { 0.5 };
-        let (v1, v2) = (speed(&engine, hits), speed(&engine, hit));
+        let (v1, v2) = (speed(&engine, moving), speed(&engine, resting));
         assert!((v1 - share).abs() < 0.01 && (v2 - share).abs() < 0.01, "{v1} {v2}");
         engine.drive(second, Drive::Velocity { target: 1.0, max_force: 100.0, slip: 0.0 });
         engine.advance(500);
-        assert!(tied(&engine) && adopted(&engine, hits), "{between}");
-        assert!((speed(&engine, hits) - v1).abs() < 1e-9);
+        assert!(tied(&engine) && adopted(&engine, moving), "{between}");
+        assert!((speed(&engine, moving) - v1).abs() < 1e-9);
     }
 }
 

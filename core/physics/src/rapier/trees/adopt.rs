@@ -106,8 +106,8 @@ impl Rapier {
         if self.tables.mechanisms.is_empty() && self.tables.crowded.is_empty() {
             return;
         }
-        let fastest = self.fastest_way();
-        if fastest.is_none() && self.tables.adopted.is_empty() {
+        let greatest = self.greatest_travel();
+        if greatest.is_none() && self.tables.adopted.is_empty() {
             return;
         }
         let dt = self.world.integration_parameters.dt;
@@ -116,7 +116,7 @@ impl Rapier {
             if mechanism.frozen || self.tables.adopted.contains_key(&mechanism.root) {
                 continue;
             }
-            let Reach { free, foreign } = self.reach(&mechanism.bodies, fastest);
+            let Reach { free, foreign } = self.reach(&mechanism.bodies, greatest);
             if free.len() > MOST || !foreign.is_empty() {
                 crowds.push((i, free));
             } else {
@@ -146,18 +146,18 @@ impl Rapier {
         for body in apart {
             self.give_back(body);
         }
-        self.leave_crowds(fastest);
+        self.leave_crowds(greatest);
     }
 
-    /// Returns what touches these bodies or is about to, directly or through free bodies; `fastest` is the greatest way
-    /// in a step of a body that rapier moves, m, if there is any.
-    pub(super) fn reach(&self, bodies: &[BodyId], fastest: Option<f64>) -> Reach {
+    /// Returns what touches these bodies or is about to, directly or through free bodies; `greatest` is the greatest
+    /// travel per step of the bodies that rapier moves, m, if it moves any.
+    pub(super) fn reach(&self, bodies: &[BodyId], greatest: Option<f64>) -> Reach {
         let mut open = bodies.to_vec();
         let mut reach = Reach { free: BTreeSet::new(), foreign: BTreeSet::new() };
         let mut next = 0;
         while next < open.len() && reach.free.len() <= MOST {
             let mut near = self.touching(open[next]);
-            near.extend(fastest.into_iter().flat_map(|fastest| self.approached(open[next], fastest)));
+            near.extend(greatest.into_iter().flat_map(|greatest| self.approaching(open[next], greatest)));
             for other in near {
                 if self.may_be_adopted(other) {
                     if reach.free.insert(other) {

@@ -1,8 +1,7 @@
 //! Bodies that are about to hit each other.
 //!
-//! The narrow phase tells of a contact a step before it acts only if the bodies are slow. What is fast must be seen
-//! earlier: in the step in which rapier finds a contact, it already solves it, with a tree as something of infinite
-//! mass.
+//! The narrow phase reports a contact a step before it acts only if the bodies are slow. Fast ones must be found
+//! earlier: rapier solves a contact in the step in which it detects it, and treats a tree as having infinite mass.
 
 use rapier3d::{
     dynamics::RigidBody,
@@ -19,36 +18,35 @@ use crate::{
     },
 };
 
-/// Way of two bodies together in a step up to which the narrow phase finds their contact a step before, m: three
+/// Combined travel of two bodies per step up to which the narrow phase reports their contact a step before, m: three
 /// quarters of its prediction distance.
 const SLOW: f64 = 1.5e-3;
 
 impl Rapier {
-    /// Returns the greatest way in a step of the bodies that rapier moves, m; `None` if it moves none.
-    pub(super) fn fastest_way(&self) -> Option<f64> {
+    /// Returns the greatest travel per step of the bodies that rapier moves, m; `None` if it moves none.
+    pub(super) fn greatest_travel(&self) -> Option<f64> {
         let moved = self.tables.bodies.iter().flatten().filter(|r| r.motion == Motion::Dynamic && !r.in_tree);
-        moved.map(|r| self.way(&self.world.bodies[r.handle])).reduce(f64::max)
+        moved.map(|r| self.travel(&self.world.bodies[r.handle])).reduce(f64::max)
     }
 
-    /// Returns the bodies moved by rapier that may hit a body within two steps, at the velocities that they have;
-    /// `fastest` is the greatest way of such a body in a step. Bounding boxes decide.
-    pub(super) fn approached(&self, body: BodyId, fastest: f64) -> Vec<BodyId> {
+    /// Returns the bodies moved by rapier that may hit a body within two steps at the current velocities, judged by
+    /// bounding boxes. `greatest` is the greatest travel per step of such bodies, m.
+    pub(super) fn approaching(&self, body: BodyId, greatest: f64) -> Vec<BodyId> {
         let mut found = Vec::new();
         let Some(own) = self.record(body).and_then(|r| self.world.bodies.get(r.handle)) else { return found };
-        let own_way = self.way(own);
-        if own_way + fastest <= SLOW {
+        let travel = self.travel(own);
+        if travel + greatest <= SLOW {
             return found;
         }
         for collider in own.colliders().iter().filter_map(|c| self.world.colliders.get(*c)) {
-            let place = collider.compute_aabb().loosened(2.0 * own_way);
-            // boxes in the tree are those of the beginning of the last step
-            for (handle, other) in
-                self.world.intersect_aabb_conservative(place.loosened(3.0 * fastest), QueryFilter::only_dynamic())
-            {
+            let swept = collider.compute_aabb().loosened(2.0 * travel);
+            // the broad phase has boxes of the beginning of the last step
+            let near = swept.loosened(3.0 * greatest);
+            for (handle, other) in self.world.intersect_aabb_conservative(near, QueryFilter::only_dynamic()) {
                 let Some(id) = report::body_of(&self.world, handle).filter(|id| *id != body) else { continue };
                 let [one, two] = [collider, other].map(|c| Tag::unpack(c.user_data).respond);
                 let free = self.record(id).is_some_and(|r| !r.in_tree);
-                if free && respond::responds(one, two) && self.may_hit(other, &place, own_way) {
+                if free && respond::responds(one, two) && self.may_hit(other, &swept, travel) {
                     found.push(id);
                 }
             }
@@ -56,24 +54,25 @@ impl Rapier {
         found
     }
 
-    fn may_hit(&self, other: &Collider, place: &Aabb, own_way: f64) -> bool {
-        let Some(body) = other.parent().and_then(|p| self.world.bodies.get(p)) else { return false };
-        let way = self.way(body);
-        own_way + way > SLOW && other.compute_aabb().loosened(2.0 * way).intersects(place)
+    /// Returns whether a collider may come within two steps into a box that a body sweeps at its travel per step.
+    fn may_hit(&self, collider: &Collider, swept: &Aabb, travel: f64) -> bool {
+        let Some(body) = collider.parent().and_then(|p| self.world.bodies.get(p)) else { return false };
+        let own = self.travel(body);
+        travel + own > SLOW && collider.compute_aabb().loosened(2.0 * own).intersects(swept)
     }
 
-    /// Returns a bound of the way of a body's points in a step, m.
-    fn way(&self, body: &RigidBody) -> f64 {
+    /// Returns an upper bound of the distance that any point of a body travels in a step, m.
+    fn travel(&self, body: &RigidBody) -> f64 {
         let spin = body.angvel().length();
         let mut speed = body.linvel().length();
         if spin > 0.0 {
             let centre = body.center_of_mass();
-            let far = |c: &Collider| {
-                let place = c.compute_aabb();
-                (place.center() - centre).length() + place.half_extents().length()
+            let radius = |c: &Collider| {
+                let bounds = c.compute_aabb();
+                (bounds.center() - centre).length() + bounds.half_extents().length()
             };
             let colliders = body.colliders().iter().filter_map(|c| self.world.colliders.get(*c));
-            speed += spin * colliders.map(far).fold(0.0, f64::max);
+            speed += spin * colliders.map(radius).fold(0.0, f64::max);
         }
         speed * self.world.integration_parameters.dt
     }

@@ -76,7 +76,7 @@ impl Rapier {
     }
 
     /// Makes trees of mechanisms that are no longer in a crowd. Those that touch each other wait for each other.
-    pub(super) fn leave_crowds(&mut self, fastest: Option<f64>) {
+    pub(super) fn leave_crowds(&mut self, greatest: Option<f64>) {
         let dt = self.world.integration_parameters.dt;
         let mut crowded = std::mem::take(&mut self.tables.crowded);
         crowded.retain_mut(|crowd| {
@@ -89,7 +89,7 @@ impl Rapier {
         // the crowds that each touches
         let mut touched: Vec<BTreeSet<usize>> = Vec::new();
         for crowd in &mut crowded {
-            let Reach { free, foreign } = self.reach(&crowd.bodies, fastest);
+            let Reach { free, foreign } = self.reach(&crowd.bodies, greatest);
             let calm = free.len() <= MOST / 2 && foreign.iter().all(|body| owners.contains_key(body));
             crowd.calm_s = if calm { crowd.calm_s + dt } else { 0.0 };
             touched.push(foreign.iter().filter_map(|body| owners.get(body).copied()).collect());
