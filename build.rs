@@ -1,4 +1,5 @@
-//! Embeds what `tatu new` writes. Tells tests what this machine lacks, so that those which cannot run count as ignored.
+//! Embeds the files that `tatu new` writes. Sets cfgs for tools that this machine lacks, so that tests which need them
+//! count as ignored.
 
 use std::path::Path;
 
@@ -7,10 +8,11 @@ fn main() {
     tell_what_is_missing();
 }
 
-/// Embeds what `tatu new` writes: the headers, the crate for plugins and the templates, as lists of path and text.
+/// Embeds the files that `tatu new` writes: the headers, the crate for plugins and the templates, as lists of path and
+/// text.
 fn embed() {
     let api = Path::new(&std::env::var("CARGO_MANIFEST_DIR").unwrap_or_default()).join("plugin-api");
-    // The crate without what only this workspace needs: tests, and the record of layouts.
+    // The parts of the crate that plugins need: without tests and the record of layouts.
     let of_crate = ["src", "schemas", "README.md"];
     let of_templates =
         |path: &str| !["c_command", "cpp_command", "rust_sensor"].iter().any(|own| path.starts_with(own));
@@ -33,11 +35,11 @@ fn embed() {
     list("TESTKIT", &api.join("testkit"), &["src"], &|_| true);
     list("TEMPLATES", &api.join("template"), &[""], &of_templates);
     let to = Path::new(&std::env::var("OUT_DIR").unwrap_or_default()).join("embedded.rs");
-    // Without it the program does not compile, and says so.
+    // A failure is ignored here: without the file, the program does not compile.
     let _ = std::fs::write(to, text);
 }
 
-/// The files at or below a path; a change of any of them, or in any of the folders, runs this program again.
+/// Finds all files at or below a path, and makes cargo run this script again if one of them or a folder changes.
 fn find(path: &Path, files: &mut Vec<std::path::PathBuf>) {
     println!("cargo::rerun-if-changed={}", path.display());
     match std::fs::read_dir(path) {
@@ -46,9 +48,9 @@ fn find(path: &Path, files: &mut Vec<std::path::PathBuf>) {
     }
 }
 
-/// `no_shared`: there is no folder `../shared` with data that is not part of the repository; `no_cxx`: no C++ compiler;
-/// `no_pypi`: no Python that can install packages, or `TATU_OFFLINE` is set; `no_browser`: no Chromium, or the page was
-/// built without its libraries.
+/// Sets cfgs: `no_shared`: there is no folder `../shared` with data that is not part of the repository; `no_cxx`: no
+/// C++ compiler; `no_pypi`: no Python that can install packages, or `TATU_OFFLINE` is set; `no_browser`: no Chromium,
+/// or the page was built without its libraries.
 fn tell_what_is_missing() {
     println!("cargo::rustc-check-cfg=cfg(no_shared, no_cxx, no_pypi, no_browser)");
     for variable in ["CXX", "PATH", "TATU_OFFLINE"] {
@@ -70,9 +72,9 @@ fn tell_what_is_missing() {
     };
     let cxx = std::env::var("CXX").unwrap_or_else(|_| "c++".to_owned());
     let offline = std::env::var_os("TATU_OFFLINE").is_some();
-    // Said by the build of the page.
+    // Set by the build script of the page.
     let page = std::env::var_os("DEP_TATU_PAGE_WHOLE").is_some_and(|whole| whole == "true");
-    // The checker of accessibility, which tests of the page run in it.
+    // The accessibility checker that browser tests run in the page.
     println!("cargo::rustc-env=TATU_AXE={}", std::env::var("DEP_TATU_PAGE_AXE").unwrap_or_default());
     for (lacks, name) in [
         (!has_folder("../shared/seeds/scripts"), "no_shared"),

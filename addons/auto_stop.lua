@@ -1,15 +1,16 @@
--- Stops the simulation on a condition: a time, a way, a region, standing still, or a collision.
--- Options: time=0        seconds after which it stops; 0: never
---          object=       what the following look at; default: the first model base
---          way=0         metres that it has gone
---          region=       x1,y1,x2,y2 in metres: it is inside
---          outside=false true: it has left that region
---          still=0       seconds for which it has not moved by more than 1 cm
---          hit=false     true: it, or what hangs below it, touches anything but a plane
+-- Stops the simulation on a condition: a time, a distance, a region, a standstill, or a collision.
+-- Options: time=0        simulation time at which to stop, s; 0: never
+--          object=       object to which the other conditions apply; default: the first model base
+--          way=0         stop when the object has moved this distance, m; 0: never
+--          region=       x1,y1,x2,y2 in m: stop when the object is inside of this region
+--          outside=false true: stop when the object is outside of the region
+--          still=0       stop when the object has not moved by more than 1 cm for this time, s; 0: never
+--          hit=false     true: stop when the object, or one below it in the tree, touches anything but a plane
 --
 --     tatu run scene.toml --seconds 600 --addon auto_stop:object=/Pioneer_p3dx,region=2,2,3,3
 --
--- The first condition that holds stops the run and is told. Two full steps follow, in which scripts see the end coming.
+-- The first condition that holds is logged and stops the run. Two full steps follow, in which scripts see that the run
+-- is stopping.
 
 function sysCall_info()
     return {autoStart = false, menu = 'Stop\nOn a condition'}
@@ -27,7 +28,7 @@ function sysCall_init()
             region[#region + 1] = tonumber(part)
         end
         if #region ~= 4 then
-            error('auto_stop: region is x1,y1,x2,y2 in metres')
+            error('auto_stop: region must be x1,y1,x2,y2 in m')
         end
     end
     if options.hit then
@@ -74,14 +75,14 @@ function sysCall_beforeSimulation()
         last = sim.getObjectPosition(object, -1)
         place = last
     elseif options.way > 0 or region or options.still > 0 or options.hit then
-        error('auto_stop: the scene has no model; name what to look at: object=/A')
+        error('auto_stop: the scene has no model; name an object: object=/A')
     end
 end
 
 function sysCall_sensing()
     local time = sim.getSimulationTime() + sim.getSimulationTimeStep()
     if options.time > 0 and time >= options.time - 1e-9 then
-        stop('the time is over')
+        stop('the time limit is reached')
     end
     if not object then
         return
@@ -89,19 +90,19 @@ function sysCall_sensing()
     local at = sim.getObjectPosition(object, -1)
     way, last = way + distance(at, last), at
     if options.way > 0 and way >= options.way then
-        stop(string.format('%.3f m are gone', way))
+        stop(string.format('the object has moved %.3f m', way))
     end
     if region then
         local inside = at[1] >= math.min(region[1], region[3]) and at[1] <= math.max(region[1], region[3])
             and at[2] >= math.min(region[2], region[4]) and at[2] <= math.max(region[2], region[4])
         if inside ~= options.outside then
-            stop(options.outside and 'it has left the region' or 'it is in the region')
+            stop(options.outside and 'the object is outside of the region' or 'the object is in the region')
         end
     end
     if distance(at, place) > 0.01 then
         place, since = at, time
     end
     if options.still > 0 and time - since >= options.still then
-        stop('it stands still')
+        stop('the object stands still')
     end
 end

@@ -1,8 +1,8 @@
--- Tells which objects collide, when, where and how hard, and sums up at the end.
--- Options: floors=false    true: also with planes, such as the floor that everything stands on
---          apart=0.5       seconds that two must have been apart before they are told again
---          only=/A,/B      only collisions of these objects and of what hangs below them
---          file=           also as lines of a CSV file
+-- Logs collisions with their objects, time, point and force, and prints a summary at the end.
+-- Options: floors=false    true: also log collisions with planes, such as the floor
+--          apart=0.5       time for which two objects must be apart before another collision of them is logged, s
+--          only=/A,/B      only log collisions of these objects and of those below them in the tree
+--          file=           also write the collisions to this CSV file
 --
 --     tatu run scene.toml --addon collision_reporter:only=/Pioneer_p3dx
 
@@ -16,7 +16,7 @@ local function is_plane(object)
     return tatu.get(object, 'shape.primitive') == 'plane'
 end
 
--- Whether a path is one of those that were asked for, or lies below one.
+-- Returns whether a path is one of the selected objects, or is below one of them.
 local function is_meant(path)
     if options.only == '' then
         return true

@@ -1,14 +1,15 @@
--- Drives any robot with two driven wheels by keys: arrows or w a s d, space stops.
--- Options: robot=           path of its base; default: the first model with two such wheels
---          left=, right=    paths of the wheel joints, where they are not found by themselves
---          speed=0.5        rad/s that a key adds to both wheels
---          turn=0.25        rad/s that a key adds to one and takes from the other
---          most=10          rad/s that no wheel exceeds
+-- Drives any robot with two driven wheels by keys: arrows or w a s d; space stops.
+-- Options: robot=           path of the robot's base; default: the first model with two such wheels
+--          left=, right=    paths of the wheel joints, if they are not found automatically
+--          speed=0.5        speed that a key adds to both wheels, rad/s
+--          turn=0.25        speed that a key adds to one wheel and subtracts from the other, rad/s
+--          most=10          maximum speed of a wheel, rad/s
 --
 --     tatu run scene.toml --interactive --addon key_teleop
 --     tatu run scene.toml --keys keys.txt --addon key_teleop:robot=/Pioneer_p3dx
 --
--- Until the first key the robot's own controller drives; from then on the keys do. The front is the base's x axis.
+-- The robot's own controller drives until the first key press; from then on the keys do. The x axis of the base points
+-- to the front.
 
 function sysCall_info()
     return {autoStart = false, menu = 'Drive\nBy keys'}
@@ -16,13 +17,13 @@ end
 
 local options, wheels, forward, turning
 
--- Key codes of simulator messages: arrows are 2007 to 2010, characters their own.
+-- Key codes of simulator messages: 2007 to 2010 are the arrow keys; other keys have their character codes.
 local keys = {
     [2007] = 'up', [2008] = 'down', [2009] = 'left', [2010] = 'right',
     [119] = 'up', [115] = 'down', [97] = 'left', [100] = 'right', [32] = 'stop',
 }
 
--- The y axis of an object, and the z axis, in the world.
+-- Returns the y axis and the z axis of an object in the world frame.
 local function axes(object)
     local m = sim.getObjectMatrix(object, -1)
     return {m[2], m[6], m[10]}, {m[3], m[7], m[11]}
@@ -32,7 +33,7 @@ local function dot(a, b)
     return a[1] * b[1] + a[2] * b[2] + a[3] * b[3]
 end
 
--- A wheel: its joint, how far to the left of the base it is (m), and which turn of it drives forward.
+-- Returns a wheel: its joint, its distance to the left of the base (m), and the sign of its forward rotation.
 local function wheel(base, joint)
     local left, _ = axes(base)
     local _, axis = axes(joint)
@@ -44,7 +45,7 @@ local function wheel(base, joint)
     }
 end
 
--- The two driven wheels below a base: joints with a motor whose axes point to its side, the outermost on each.
+-- Returns the two driven wheels below a base: on each side the outermost joint with a motor and a lateral axis.
 local function find(base)
     local best = {}
     for _, joint in ipairs(tatu.list('joint', base)) do
@@ -85,7 +86,7 @@ function sysCall_beforeSimulation()
     local base
     wheels, base = search()
     if not wheels then
-        error('key_teleop: no two driven wheels were found; name them: left=/Robot/leftMotor,right=/Robot/rightMotor')
+        error('key_teleop: two driven wheels were not found; name them: left=/Robot/leftMotor,right=/Robot/rightMotor')
     end
     forward, turning = nil, 0
     sim.addLog(sim.verbosity_scriptinfos, 'key_teleop: drives ' .. tatu.get(base, 'object.path'))

@@ -1,9 +1,9 @@
--- Draws the paths that objects take, and tells their lengths.
--- Options: objects=/A,/B   which; default: every model base
---          step=0.05       metres between two points of a path
---          most=10000      points of a path at most
---          color=1 0.4 0   red, green, blue, 0 to 1; the second object's path turns through the colours, and so on
---          width=2         pixels
+-- Draws the paths of objects, and logs their lengths.
+-- Options: objects=/A,/B   the objects; default: all model bases
+--          step=0.05       distance between two points of a path, m
+--          most=10000      maximum number of points of a path
+--          color=1 0.4 0   red, green, blue, 0 to 1; the components are rotated for each further object
+--          width=2         line width, pixels
 --
 --     tatu run scene.toml --addon path_tracer:objects=/Pioneer_p3dx
 
@@ -17,14 +17,14 @@ function sysCall_init()
     options = tatu.options{objects = '', step = 0.05, most = 10000, color = '1 0.4 0', width = 2}
 end
 
--- The colour of the n-th path: the same, with its parts changed in turn.
+-- Returns the colour of the n-th path, whose components are rotated by n - 1 places.
 local function color(n)
     local parts = {}
     for part in options.color:gmatch('%S+') do
         parts[#parts + 1] = tonumber(part)
     end
     if #parts ~= 3 then
-        error('path_tracer: color is three numbers, such as "1 0.4 0"')
+        error('path_tracer: color must be three numbers, such as "1 0.4 0"')
     end
     local shift = (n - 1) % 3
     return {parts[shift % 3 + 1], parts[(shift + 1) % 3 + 1], parts[(shift + 2) % 3 + 1]}

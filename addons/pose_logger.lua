@@ -1,8 +1,8 @@
 -- Writes the poses of objects to a CSV file while a simulation runs.
--- Options: objects=/A,/B   which; default: every model base (robots and the like)
---          file=poses.csv  where to; within the folder for files (`--files`, else the working folder)
---          period=0        seconds between two lines; 0: every step
---          angles=false    true: Euler angles alpha, beta, gamma in degrees in place of the quaternion
+-- Options: objects=/A,/B   the objects; default: all model bases, such as robots
+--          file=poses.csv  the file, in the folder for files of scripts (`--files`, by default the working folder)
+--          period=0        interval between two lines, s; 0: one line per step
+--          angles=false    true: Euler angles alpha, beta, gamma in degrees instead of the quaternion
 --
 --     tatu run scene.toml --addon pose_logger:objects=/Pioneer_p3dx,period=0.1
 
@@ -16,7 +16,7 @@ function sysCall_init()
     options = tatu.options{objects = '', file = 'poses.csv', period = 0, angles = false}
 end
 
--- The objects that are meant, in the order given, or of the tree.
+-- Returns the selected objects in the given order, or all model bases in the order of the tree.
 local function chosen()
     local list = {}
     for path in options.objects:gmatch('[^,]+') do
@@ -57,7 +57,7 @@ end
 local function line(time)
     local cells = {string.format('%.6f', time)}
     for _, object in ipairs(objects) do
-        -- An object that was removed leaves its cells empty.
+        -- The cells of a removed object are empty.
         local there, pose = pcall(tatu.get, object, 'object.world_pose')
         local numbers = there and pose or {}
         if there and options.angles then
@@ -72,7 +72,7 @@ local function line(time)
 end
 
 function sysCall_sensing()
-    -- Physics has moved things to where they are at the end of this step.
+    -- The poses are those at the end of this step, to which the physics engine has already advanced.
     local time = sim.getSimulationTime() + sim.getSimulationTimeStep()
     if file and time >= due - 1e-9 then
         line(time)

@@ -1,11 +1,11 @@
--- Tells at the end which script and which kind of sensor used how much: calls, instructions, readings, beams.
--- Options: top=20    how many scripts are told, the costliest first
---          file=     also as a CSV file
+-- Logs at the end the cost of each script and each kind of sensor: calls, instructions, readings, beams.
+-- Options: top=20    number of scripts to log, the most expensive first
+--          file=     also write the report to this CSV file
 --
 --     tatu run scene.toml --addon profiler_report
 --
--- It counts, and looks at no clock: the numbers of two runs of a scene are the same. Instructions are those of the
--- script's language; its own are left out.
+-- The report contains counts but no times, so that it is the same for each run of a scene. Instructions are those of
+-- the script's language. The add-on itself is excluded.
 
 function sysCall_info()
     return {autoStart = false, menu = 'Reports\nUse'}
@@ -21,7 +21,8 @@ function sysCall_beforeSimulation()
     sensors, scripts, steps = {}, {}, 0
 end
 
--- Sensors are made anew when the simulation stops, and scripts may be removed before: looked at while all is there.
+-- Collects the counts while the simulation is running, because sensors are created again when it stops, and scripts may
+-- be removed earlier.
 local function look()
     sensors = {}
     local of_kind = {}
@@ -39,7 +40,7 @@ local function look()
     local own = sim.getScript(sim.handle_self)
     for _, script in ipairs(tatu.list('script')) do
         if script ~= own then
-            -- The file alone: paths differ between machines.
+            -- Only the file name, because paths differ between machines.
             local name = tatu.get(script, 'script.name'):match('[^/\\]*$')
             local owner = tatu.get(script, 'object.parent')
             local path = owner ~= 0 and tatu.get(owner, 'object.path') or tatu.get(script, 'script.kind')
@@ -53,7 +54,7 @@ end
 
 function sysCall_sensing()
     steps = steps + 1
-    -- Twice a second is enough, and the passes before the end.
+    -- Counts are collected in every tenth step, and in the passes before the end.
     if steps % 10 == 1 or sim.getSimulationStopping() then
         look()
     end

@@ -21,7 +21,7 @@ pub struct Args {
 }
 
 #[derive(Subcommand)]
-#[allow(clippy::large_enum_variant, reason = "there is one, for the whole run")]
+#[allow(clippy::large_enum_variant, reason = "a process creates one value")]
 pub enum Command {
     /// Run a scene.
     Run(Run),
@@ -87,7 +87,7 @@ pub struct Run {
     /// Run a script without its scene, `--script FILE`: objects that it looks up are created as its calls need them.
     #[arg(long, conflicts_with_all = ["scene", "replay", "from", "reload"], requires = "scripts")]
     pub stand_ins: bool,
-    /// The kind of that script, if it should not be inferred from its text: main, child, threaded, customization,
+    /// The kind of that script, if it should not be inferred from its source: main, child, threaded, customization,
     /// add-on or module.
     #[arg(long = "as", value_name = "KIND", requires = "stand_ins")]
     pub kind: Option<ScriptKind>,
@@ -123,8 +123,8 @@ pub struct Run {
     /// Run at this multiple of real time.
     #[arg(long, value_name = "F", conflicts_with = "replay", value_parser = speed)]
     pub speed: Option<f64>,
-    /// Read keys from the terminal: F5 play or pause, F6 one step, F7 stop, + and - change the speed; scripts get all
-    /// others.
+    /// Read keys from the terminal: F5 play or pause, F6 one step, F7 stop, + and - change the speed; all other keys
+    /// are passed to scripts.
     #[arg(long, conflicts_with = "replay")]
     pub interactive: bool,
     /// Write one JSON line per step to a file.
@@ -241,7 +241,7 @@ pub struct Generate {
     pub what: Generated,
 }
 
-/// What packages of the program contain besides it.
+/// Files that packages of the program contain besides the binary.
 #[derive(Clone, Copy, ValueEnum)]
 pub enum Generated {
     Man,
@@ -392,7 +392,7 @@ pub struct Describe {
 pub struct Measure {
     /// The model: its id, its folder or its file.
     pub model: String,
-    /// Only these measures.
+    /// Run only these measures.
     #[arg(long, value_name = "NAME")]
     pub only: Vec<String>,
     /// Write what was measured into the card.
@@ -431,7 +431,7 @@ pub enum ScriptKind {
 }
 
 impl Changes {
-    /// Returns the changes to the scene as options of the core.
+    /// Returns the changes to the scene as the core's loading options.
     pub fn options(&self, services: &[String]) -> Result<Options, Error> {
         let changes = Setup {
             seed: self.seed,

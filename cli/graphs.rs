@@ -19,7 +19,9 @@ pub fn write(world: &World, dir: &Path) -> Vec<Error> {
     };
     let (figures, mut failed) = (world.figures(), Vec::new());
     if figures.graphs.is_empty() {
-        crate::report::note("--graphs writes nothing: there is no graph; `kind = \"graph\"` makes one");
+        crate::report::note(
+            "--graphs writes nothing: the scene has no graph; an object with `kind = \"graph\"` is one",
+        );
         return failed;
     }
     if let Err(e) = fs::create_dir_all(dir) {
@@ -52,7 +54,7 @@ fn head(name: &str, unit: &str) -> String {
 }
 
 /// Builds the table: time, streams, then the coordinates of curves; one row per sample, with empty cells for missing
-/// numbers.
+/// values.
 fn table(graph: &Graph) -> String {
     let mut columns: Vec<(String, Vec<f64>)> = vec![("time [s]".into(), graph.times.iter().copied().collect())];
     for s in &graph.streams {

@@ -1,4 +1,4 @@
-//! The command line as a library: the program `tatu` is nothing else, and the Python package contains it.
+//! The command line as a library, which is used by the program `tatu` and by the Python package.
 
 mod addons;
 mod args;
@@ -24,10 +24,10 @@ use clap::Parser;
 
 pub use commands::generate::python_type;
 
-/// Parses a command line, whose first argument names the program, runs its command, and returns its exit code.
+/// Parses a command line, whose first argument is the name of the program, runs its command, and returns its exit code.
 ///
-/// It acts as the owner of the process: handlers of signals and crashes are installed, and arguments that are wrong end
-/// the process with a message. It is meant to be called once.
+/// Installs handlers for signals and crashes in the process, and exits with a message if an argument is invalid. Must
+/// be called at most once per process.
 pub fn main(args: impl IntoIterator<Item = OsString>) -> ExitCode {
     let args = args::Args::parse_from(args);
     report::listen();
@@ -58,13 +58,13 @@ pub fn main(args: impl IntoIterator<Item = OsString>) -> ExitCode {
     code
 }
 
-/// Returns the number of an exit code that [`main`] has returned.
+/// Returns the numeric value of an exit code returned by [`main`].
 pub fn number(code: ExitCode) -> u8 {
-    // `ExitCode` does not tell its number; the commands return only these.
+    // `ExitCode` has no accessor for its value.
     (0..=u8::MAX).find(|n| ExitCode::from(*n) == code).unwrap_or(1)
 }
 
-/// Reports crashes of this process from now on: the plugin, its function and the object.
+/// Installs handlers that report crashes of this process, with the plugin, its function and the object.
 pub fn report_crashes() {
     #[cfg(all(target_os = "linux", target_env = "gnu"))]
     crash::listen();

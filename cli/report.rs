@@ -7,9 +7,11 @@ use std::{
         Mutex, PoisonError,
         atomic::{AtomicBool, Ordering},
     },
+    time::Duration,
 };
 
 use annotate_snippets::{AnnotationKind, Level, Renderer, Snippet};
+use indicatif::{ProgressBar, ProgressStyle};
 use tatu_core::errors::Error;
 use tatu_plugin_api::safe::{MOST_BYTES, read_plain_text};
 
@@ -63,7 +65,7 @@ pub fn error(e: &Error) {
 /// The warnings so far, for the summary and for `--strict`.
 static WARNINGS: Mutex<Vec<String>> = Mutex::new(Vec::new());
 
-/// Most warnings that are stored, because a script may warn in every step.
+/// Maximum number of stored warnings, because a script may warn in every step.
 const KEPT_WARNINGS: usize = 1000;
 
 /// Stores a warning that was printed.
@@ -94,6 +96,18 @@ pub fn warned(text: &str) {
 /// Prints a note.
 pub fn note(text: &str) {
     crate::report::err!("note: {text}");
+}
+
+/// Creates a progress bar that counts `unit`s. It is shown only if `wanted`, on a terminal, and if the work lasts longer
+/// than a moment.
+pub fn progress(length: u64, unit: &str, wanted: bool) -> ProgressBar {
+    if !wanted || !std::io::stderr().is_terminal() {
+        return ProgressBar::hidden();
+    }
+    let style = ProgressStyle::with_template(&format!("{{wide_bar}} {unit} {{pos}} of {{len}}, {{eta}} left"));
+    let bar = ProgressBar::new(length).with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()));
+    bar.enable_steady_tick(Duration::from_millis(200));
+    bar
 }
 
 fn print(e: &Error, level: Level<'_>) {

@@ -5,7 +5,8 @@ use tatu_core::plugins::texts::label;
 
 use crate::report;
 
-/// Most characters of a cell: its column is as wide in every row. `--json` has the whole text.
+/// Maximum length of a cell, in characters, since a long one would widen its column in all rows. `--json` prints the
+/// whole text.
 const LONGEST: usize = 400;
 
 /// Prints rows with columns as wide as their widest cell.
@@ -23,7 +24,7 @@ pub fn table(rows: &[Value], columns: &[&str]) {
     rows.iter().for_each(|r| line(columns.iter().map(|c| cell(r, c)).collect()));
 }
 
-/// Returns a value as one line that a terminal shows as it is: names and texts may be those of others' files.
+/// Returns a value as one line without control characters, because names and texts may come from untrusted files.
 fn cell(value: &Value) -> String {
     let text = match value {
         Value::String(s) => s.clone(),

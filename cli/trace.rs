@@ -138,7 +138,7 @@ fn consoles(lines: &[LogLine]) -> Map<String, Json> {
 
 fn to_json(v: Value) -> Json {
     match v {
-        // Fields with a single number are written as that number.
+        // A field with a single element is written as a number, not as an array.
         Value::Floats(f) if f.len() == 1 => json!(f[0]),
         Value::Ints(f) if f.len() == 1 => json!(f[0]),
         Value::Floats(f) => json!(f),

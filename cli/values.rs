@@ -1,21 +1,21 @@
-//! Values of the command line: text that people write, checked.
+//! Parses and validates values of the command line.
 
 use std::path::PathBuf;
 
 use clap::builder::{OsStringValueParser, TypedValueParser};
 
-/// A scene: a file, or the name of one that comes with the program.
+/// Returns a parser for a scene: a file, or the name of a scene that comes with the program.
 pub fn scene() -> impl TypedValueParser<Value = PathBuf> {
     OsStringValueParser::new().map(|given| tatu_embed::search::scene_file(&PathBuf::from(given)))
 }
 
-/// A point X, Y, Z, m.
+/// A point X, Y, Z in the world frame, m.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Point(pub [f64; 3]);
 
 pub fn speed(text: &str) -> Result<f64, String> {
     let f = text.parse().ok().filter(|f: &f64| *f > 0.0 && f.is_finite());
-    f.ok_or_else(|| "expected a number above 0: how many times as fast as the clock".into())
+    f.ok_or_else(|| "expected a number above 0: a multiple of real time".into())
 }
 
 pub fn point(text: &str) -> Result<Point, String> {
@@ -30,7 +30,7 @@ pub fn size(text: &str) -> Result<[u32; 2], String> {
     found.ok_or_else(|| format!("expected columns and rows, 1 to {MAX_SIDE} each: 1280x720"))
 }
 
-/// Most pixels along one side of a picture.
+/// Maximum width and height of a picture, pixels.
 const MAX_SIDE: u32 = 8192;
 
 pub fn angle(text: &str) -> Result<f64, String> {
@@ -54,7 +54,7 @@ pub fn permission(text: &str) -> Result<String, String> {
     }
 }
 
-/// A shard: its number from 0, and how many there are.
+/// Parses a shard `I/N`: its index, counted from 0, and the number of shards.
 pub fn shard(text: &str) -> Result<(usize, usize), String> {
     let both = text.split_once('/').and_then(|(i, n)| Some((i.parse().ok()?, n.parse().ok()?)));
     both.filter(|(i, n): &(usize, usize)| i < n)

@@ -87,7 +87,7 @@ impl Watchdog {
         known.began = true;
         known.files.extend(file);
     }
-    /// Records a step; `faults`, if there are new ones.
+    /// Records a step, and all faults of the run if there are new ones.
     pub fn step(&self, steps: u64, time: f64, faults: Option<Vec<Fault>>) {
         let mut known = self.known();
         (known.steps, known.time) = (steps, time);

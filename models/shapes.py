@@ -1,7 +1,7 @@
-"""Meshes of models, made from a few numbers: lathed, extruded and rounded forms, written as PLY.
+"""Parametric meshes of models: lathed, extruded and rounded shapes, written as PLY.
 
 Scripts `models/NAME/meshes/make.py` import this module. A mesh is a pair of lists: points (x, y, z) in metres, and
-triangles of indices, counter-clockwise seen from outside. Needs nothing but Python 3.8.
+triangles of indices, counter-clockwise seen from outside. Requires Python 3.8 and no other packages.
 """
 
 import math
@@ -19,13 +19,13 @@ def merge(*meshes):
 
 
 def moved(mesh, x=0.0, y=0.0, z=0.0):
-    """The mesh, moved."""
+    """The mesh, translated."""
     points, triangles = mesh
     return [(a + x, b + y, c + z) for a, b, c in points], triangles
 
 
 def scaled(mesh, x=1.0, y=1.0, z=1.0):
-    """The mesh, scaled along each axis. A negative factor mirrors it, and keeps its outside outside."""
+    """The mesh, scaled along each axis. A negative factor mirrors it; the triangles still face outwards."""
     points, triangles = mesh
     if x * y * z < 0:
         triangles = [(a, c, b) for a, b, c in triangles]
@@ -33,7 +33,7 @@ def scaled(mesh, x=1.0, y=1.0, z=1.0):
 
 
 def turned(mesh, axis, degrees):
-    """The mesh, turned about an axis of its frame: "x", "y" or "z"."""
+    """The mesh, rotated about an axis of its frame: "x", "y" or "z"."""
     s, c = math.sin(math.radians(degrees)), math.cos(math.radians(degrees))
     turn = {
         "x": lambda p: (p[0], c * p[1] - s * p[2], s * p[1] + c * p[2]),
@@ -45,9 +45,9 @@ def turned(mesh, axis, degrees):
 
 
 def loft(rings):
-    """Closed rings of equally many points, one above the other, joined; the first and the last are closed by fans.
+    """Joins closed rings of equally many points, one above the other; fans close the first and the last ring.
 
-    Rings run counter-clockwise seen from the end of the loft. A fan needs a ring that is seen whole from its middle.
+    Rings run counter-clockwise seen from the end of the loft. A ring with a fan must be star-shaped about its middle.
     """
     n = len(rings[0])
     points = [p for ring in rings for p in ring]
@@ -91,7 +91,7 @@ def rounded_rectangle(length, width, corner, steps=6):
 
 
 def inset(outline, by):
-    """A convex outline, moved inwards by a distance, with as many points."""
+    """A convex outline, offset inwards by a distance, with the same number of points."""
     n = len(outline)
     out = []
     for i in range(n):
@@ -128,7 +128,7 @@ def box(length, width, height, edge=0.0, corner=None, steps=3):
 
 
 def tube(path, radius, segments=16):
-    """A round bar along a path of points; `radius` is a number or one for each point. Bends should be gentle."""
+    """A round bar along a path of points; `radius` is one value or a list of one per point. Bends should be gentle."""
     radii = radius if isinstance(radius, (list, tuple)) else [radius] * len(path)
     rings, side = [], None
     for i, p in enumerate(path):
@@ -149,7 +149,7 @@ def tube(path, radius, segments=16):
 
 
 def ball(radius, segments=32):
-    """A ball about the origin."""
+    """A sphere about the origin."""
     half = segments // 2
     angles = [math.pi * (i / half - 0.5) for i in range(half + 1)]
     return lathe([(max(radius * math.cos(a), radius * 1e-3), radius * math.sin(a)) for a in angles], segments)

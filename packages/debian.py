@@ -1,4 +1,4 @@
-"""A Debian package of the files of a package, below /usr."""
+"""Builds a Debian package with the files of a package, installed below /usr."""
 
 import hashlib
 import os
@@ -10,10 +10,10 @@ import elf_versions
 import layout
 
 ARCHITECTURE = "amd64"
-# Which package of Debian has a library: everything of glibc is in one; the first libgcc in a package of this name.
+# Debian packages by library. All libraries of glibc are in one package.
 GLIBC = {"libc.so.6", "libm.so.6", "libdl.so.2", "libpthread.so.0", "librt.so.1", "ld-linux-x86-64.so.2"}
 OTHERS = {"libgcc_s.so.1": "libgcc-s1 (>= 4.2)", "libstdc++.so.6": "libstdc++6 (>= 11)"}
-# Folders that Debian has for files of packages, in place of those for what an administrator installs.
+# Folders with different paths in Debian packages.
 MOVED = {"share/zsh/site-functions/": "share/zsh/vendor-completions/"}
 
 DESCRIPTION = """\
@@ -39,20 +39,20 @@ Comment: The texts are in LICENSE-MIT and LICENSE-APACHE in this folder. The
 
 
 def depends(elves):
-    """Returns the packages that the ELF files need: glibc by the highest version of symbols, others by library."""
+    """Returns the packages that the ELF files need: glibc by the highest required symbol version, others by library."""
     needed = {name for elf in elves.values() for name in elf.needed}
     own = {os.path.basename(place) for place in elves}
     unknown = needed - GLIBC - set(OTHERS) - own
     if unknown:
         users = sorted(p for p, elf in elves.items() if unknown & set(elf.needed))
-        raise SystemExit(f"{', '.join(sorted(unknown))}: which Debian package has it is unknown; needed by {users[0]}\n"
+        raise SystemExit(f"{', '.join(sorted(unknown))}: the Debian package is unknown; needed by {users[0]}\n"
                          "  help: add it to OTHERS in packages/debian.py")
     release = ".".join(map(str, elf_versions.highest_glibc(elves.values())))
     return [f"libc6 (>= {release})"] + sorted(OTHERS[name] for name in needed & set(OTHERS))
 
 
 def copyright_text(entries):
-    """Returns the file `copyright`: the terms of the package, with the text of the shorter licence."""
+    """Returns the text of the file `copyright`: the terms of the package, with the full text of the MIT licence."""
     lines = entries["share/doc/tatu/LICENSE-MIT"].data.decode("utf-8").strip().split("\n")
     quoted = "".join(f" {line}\n" if line.strip() else " .\n" for line in lines)
     apache = " On Debian systems, the text is in /usr/share/common-licenses/Apache-2.0.\n"
@@ -99,12 +99,12 @@ def make(entries, version, maintainer, when, out):
         for folder in reversed([".", *layout.folders(everything)]):
             (stage / folder).chmod(0o755)
             os.utime(stage / folder, (when, when))
-        # One thread: with several, xz divides its output by their number. xz: every dpkg reads it.
+        # One thread, because the output of xz depends on the number of threads. All versions of dpkg support xz.
         environment = {**os.environ, "SOURCE_DATE_EPOCH": str(when), "DPKG_DEB_THREADS_MAX": "1"}
         command = ["dpkg-deb", "--root-owner-group", "-Zxz", "-b", str(stage), str(result)]
         try:
             subprocess.run(command, check=True, env=environment, stdout=subprocess.DEVNULL)
         except (OSError, subprocess.CalledProcessError) as error:
-            raise SystemExit(f"the Debian package was not made: {error}\n  expected: `dpkg-deb`, which every Debian "
-                             "and Ubuntu has") from None
+            raise SystemExit(f"the Debian package was not built: {error}\n  expected: `dpkg-deb`, which is part of "
+                             "Debian and Ubuntu") from None
     return result

@@ -1,4 +1,4 @@
-"""Which libraries and which versions of their symbols an ELF file needs, read from the file alone.
+"""Reads from an ELF file which libraries it needs, and which versions of their symbols.
 
 Everything is found through the dynamic segment, as the loader does it, so that stripped section headers do not matter.
 """
@@ -11,22 +11,22 @@ PT_LOAD, PT_DYNAMIC = 1, 2
 DT_NEEDED, DT_HASH, DT_STRTAB, DT_SYMTAB, DT_SONAME = 1, 4, 5, 6, 14
 DT_GNU_HASH, DT_VERSYM, DT_VERNEED, DT_VERNEEDNUM = 0x6FFFFEF5, 0x6FFFFFF0, 0x6FFFFFFE, 0x6FFFFFFF
 EM_X86_64 = 62
-# The version by which the loader is asked for relative relocations in packed form, and the glibc that has it first.
+# The symbol version that requests packed relative relocations from the loader, and the first glibc release with it.
 RELR, RELR_GLIBC = "GLIBC_ABI_DT_RELR", (2, 36)
 
 
 class BadElf(ValueError):
-    """A file that begins as an ELF file, but cannot be read as one."""
+    """The file has an ELF header, but its contents are invalid."""
 
 
 class Elf:
-    """needed: names of libraries; versions: {(library, version): [symbol, ...]}, symbols sorted."""
+    """An ELF file. `needed`: names of libraries; `versions`: {(library, version): [symbol, ...]}, symbols sorted."""
 
     def __init__(self, data):
         if data[:4] != MAGIC:
             raise BadElf("not an ELF file")
         if data[4:6] not in (b"\x02\x01", b"\x02\x02"):
-            raise BadElf("only 64-bit files are read")
+            raise BadElf("expected a 64-bit file")
         self.data = data
         self.order = "<" if data[5] == 1 else ">"
         try:
@@ -36,7 +36,7 @@ class Elf:
 
     def _get(self, form, at):
         if at < 0:
-            raise BadElf("damaged: a place before the file")
+            raise BadElf("damaged: a negative file offset")
         return struct.unpack_from(self.order + form, self.data, at)
 
     def _read(self):
@@ -95,7 +95,7 @@ class Elf:
             names.sort()
 
     def _symbols(self, tags):
-        """Returns the number of dynamic symbols, which only the hash tables tell."""
+        """Returns the number of dynamic symbols, which is derived from the hash tables."""
         if DT_HASH in tags:
             return self._get("II", self._place(tags[DT_HASH]))[1]
         if DT_GNU_HASH not in tags:
@@ -104,7 +104,7 @@ class Elf:
         buckets, first, words, _ = self._get("IIII", at)
         table = at + 16 + 8 * words
         last = max(self._get(f"{buckets}I", table), default=0)
-        # Symbols that are only imported stand before those that are hashed.
+        # Symbols that are only imported precede the hashed ones.
         if last < first:
             return first
         chains = table + 4 * buckets
@@ -116,7 +116,7 @@ class Elf:
         for start, offset, size in self.loads:
             if start <= address < start + size:
                 return offset + address - start
-        raise BadElf(f"damaged: nothing is loaded at {address:#x}")
+        raise BadElf(f"damaged: no segment contains the address {address:#x}")
 
     def _text(self, offset):
         start = self.strings + offset
@@ -124,7 +124,7 @@ class Elf:
 
 
 def glibc(version):
-    """Returns the release of glibc that has a version of symbols, as numbers; None: not a version of glibc.
+    """Returns the glibc release that introduced a symbol version, as numbers; None if it is not a version of glibc.
 
     Versions that no release promises, such as GLIBC_PRIVATE, come after all others.
     """
@@ -137,5 +137,5 @@ def glibc(version):
 
 
 def highest_glibc(files):
-    """Returns the release of glibc that several files need; (0,): none needs any."""
+    """Returns the glibc release that several files need; (0,) if they need none."""
     return max((glibc(v) or (0,) for elf in files for _, v in elf.versions), default=(0,))

@@ -1,4 +1,4 @@
-"""The files of a package: where each lies below the folder into which it is unpacked, and what it is made of."""
+"""The files of a package: the path of each relative to the package's root, and its contents."""
 
 import gzip
 import io
@@ -9,28 +9,28 @@ from pathlib import Path
 import elf_versions
 import third_party
 
-# Folders of the repository that the program reads at run time, by their place in the package.
+# Folders of the repository that the program reads at run time, and their paths in the package.
 DATA = {"models": "share/tatu/models", "scenes": "share/tatu/scenes", "addons": "share/tatu/addons"}
 HEADERS = "plugin-api/include"
 # The simulator as a library for C.
 LIBRARY = "libtatu.so"
 WORLD_HEADER = "core/libtatu/include/tatu_world.h"
 DOCS = ["README.md", "CHANGELOG.md", "LICENSE-APACHE", "LICENSE-MIT"]
-# What `tatu generate NAME` prints, by its place.
+# Files that `tatu generate NAME` prints, by path in the package.
 GENERATED = {
     "man": "share/man/man1/tatu.1.gz",
     "bash": "share/bash-completion/completions/tatu",
     "zsh": "share/zsh/site-functions/_tatu",
     "fish": "share/fish/vendor_completions.d/tatu.fish",
 }
-# In the library of the page if its libraries are embedded.
+# Occurs in the library of the page if the page's libraries are embedded.
 WHOLE_PAGE = b"/lib/three/build/three.module.min.js"
 PAGE = "libtatu_views_web.so"
 HOST = "libtatuhost.so"
 
 
 class Entry:
-    """One file: its bytes, and whether it is a program."""
+    """A file: its contents, and whether it is executable."""
 
     def __init__(self, data, executable=False):
         self.data = data
@@ -38,7 +38,7 @@ class Entry:
 
 
 def zipped(data):
-    """Returns bytes compressed by gzip, without a name and a time."""
+    """Returns bytes compressed by gzip, without a file name and a timestamp."""
     out = io.BytesIO()
     with gzip.GzipFile(filename="", mode="wb", compresslevel=9, fileobj=out, mtime=0) as file:
         file.write(data)
@@ -62,7 +62,7 @@ def plugins(metadata):
 
 
 def built_file(built, name):
-    """Returns a library that cargo has built, in its folder `deps` or beside the program."""
+    """Returns the path of a library built by cargo, in the folder `deps` or next to the program."""
     places = [built / "deps" / name, built / name]
     found = next((p for p in places if p.is_file()), None)
     if found is None:
@@ -72,35 +72,35 @@ def built_file(built, name):
 
 
 def tracked(root, folder):
-    """Returns the files of a folder that belong to the repository, as pairs of path and whether each is a program."""
+    """Returns the files of a folder that are tracked by git, as pairs of path and whether the file is executable."""
     command = ["git", "-C", str(root), "ls-files", "-s", "-z", "--", folder]
     try:
         told = subprocess.run(command, check=True, capture_output=True).stdout.decode("utf-8")
     except (OSError, subprocess.CalledProcessError) as error:
-        raise SystemExit(f"{root}: git does not tell which files belong to the repository: {error}\n  expected: a "
-                         "checkout; what runs and builds have left there must not come into packages") from None
+        raise SystemExit(f"{root}: git cannot list the files of the repository: {error}\n  expected: a git "
+                         "checkout, because files left by runs and builds must not be packaged") from None
     files = []
     for line in filter(None, told.split("\0")):
         mode, path = line.split(" ", 1)[0], line.split("\t", 1)[1]
         if mode in ("100644", "100755") and os.path.basename(path) != ".gitignore":
             files.append((path, mode == "100755"))
     if not files:
-        raise SystemExit(f"{root / folder}: no file of it belongs to the repository")
+        raise SystemExit(f"{root / folder}: git tracks no file in this folder")
     return sorted(files)
 
 
 def check_version(program, version):
-    """Ends unless the program is of the version of the sources."""
+    """Exits with an error unless the program has the same version as the sources."""
     try:
         said = subprocess.run([str(program), "--version"], capture_output=True, text=True, check=True).stdout.strip()
     except (OSError, subprocess.CalledProcessError) as error:
         raise SystemExit(f"{program}: `--version` has failed: {error}") from None
     if said != f"tatu {version}":
-        raise SystemExit(f"{program} is `{said}`, the sources are of version {version}\n  help: build it again")
+        raise SystemExit(f"{program} is `{said}`, but the sources have version {version}\n  help: build it again")
 
 
 def generated(program, entries):
-    """Adds what the program writes about itself; a program that cannot is told about, and does without."""
+    """Adds the files that the program generates. Prints a note for each file that the program cannot generate."""
     for name, place in GENERATED.items():
         ran = subprocess.run([str(program), "generate", name], capture_output=True, check=False)
         if ran.returncode != 0 or not ran.stdout:
@@ -110,7 +110,7 @@ def generated(program, entries):
 
 
 def collect(root, built, metadata, version):
-    """Returns all files of a package by their place, sorted."""
+    """Returns all files of a package by their paths, sorted."""
     program = built / "tatu"
     if not program.is_file():
         raise SystemExit(f"{built}: there is no program `tatu`\n  expected: the folder of a finished `cargo build "
@@ -127,7 +127,7 @@ def collect(root, built, metadata, version):
             entries[place + path[len(folder):]] = Entry((root / path).read_bytes(), executable)
     for path, _ in tracked(root, HEADERS):
         entries["include" + path[len(HEADERS):]] = Entry((root / path).read_bytes())
-    # Built by `cargo build -p libtatu`; a program alone is a package, too.
+    # Built by `cargo build -p libtatu`; packages can be made without it.
     if any((folder / LIBRARY).is_file() for folder in (built, built / "deps")):
         entries[f"lib/{LIBRARY}"] = Entry(built_file(built, LIBRARY))
         entries["include/tatu_world.h"] = Entry((root / WORLD_HEADER).read_bytes())
@@ -142,12 +142,12 @@ def collect(root, built, metadata, version):
 
 
 def elf_files(entries):
-    """Returns the programs and libraries of a package, read, by their place."""
+    """Returns the parsed programs and libraries of a package, by their paths."""
     return {p: elf_versions.Elf(e.data) for p, e in entries.items() if e.data[:4] == elf_versions.MAGIC}
 
 
 def folders(places):
-    """Returns all folders that contain files at these places, sorted."""
+    """Returns all folders that contain files at these paths, sorted."""
     found = set()
     for place in places:
         found |= {p.as_posix() for p in Path(place).parents if p.as_posix() != "."}

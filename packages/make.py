@@ -36,7 +36,7 @@ MAINTAINER = "The Tatu authors <maintainers@tatu.invalid>"
 
 
 def read_metadata():
-    """Returns what cargo tells about the packages; those that are missing are fetched."""
+    """Returns the metadata of cargo about all packages; missing ones are fetched."""
     command = ["cargo", "metadata", "--locked", "--format-version", "1", "--filter-platform", TARGET]
     try:
         return json.loads(subprocess.run(command, cwd=ROOT, check=True, stdout=subprocess.PIPE).stdout)
@@ -45,7 +45,7 @@ def read_metadata():
 
 
 def build(target):
-    """Builds the program with its plugins, and returns the folder with them."""
+    """Builds the program and its plugins; returns the folder that contains them."""
     environment = {**os.environ, "CARGO_TARGET_DIR": str(target)}
     ran = subprocess.run(["cargo", "build", "--release", "--locked", "-p", "tatu", "-p", "libtatu"], cwd=ROOT, env=environment, check=False)
     if ran.returncode != 0:
@@ -54,14 +54,14 @@ def build(target):
 
 
 def time_of_files():
-    """Returns the time that all files in packages have."""
+    """Returns the modification time for all files in packages, in seconds since 1970."""
     given = os.environ.get("SOURCE_DATE_EPOCH")
     if given is None:
         command = ["git", "-C", str(ROOT), "log", "-1", "--format=%ct"]
         given = subprocess.run(command, capture_output=True, text=True, check=False).stdout.strip()
     if not given.isdigit():
-        raise SystemExit(f"the time of the files is unknown: `{given}`\n  expected: SOURCE_DATE_EPOCH as seconds since "
-                         "1970, or a commit")
+        raise SystemExit(f"the time for the files is unknown: `{given}`\n  expected: SOURCE_DATE_EPOCH in seconds since "
+                         "1970, or a git commit")
     return int(given)
 
 
@@ -76,7 +76,7 @@ def tarball(entries, version, when, out):
         info.uname = info.gname = "root"
         return info
 
-    # Level 6: 9 takes three times as long, for one percent.
+    # Level 9 takes three times as long, and reduces the size by only 1 %.
     options = {"filename": "", "mode": "wb", "compresslevel": 6, "mtime": when}
     with open(result, "wb") as file, gzip.GzipFile(fileobj=file, **options) as packed:
         with tarfile.open(fileobj=packed, mode="w", format=tarfile.GNU_FORMAT) as tar:
@@ -88,7 +88,7 @@ def tarball(entries, version, when, out):
 
 
 def docker(command, archive, version):
-    """Makes the image; returns whether it could be made."""
+    """Builds the image; returns whether that succeeded."""
     with tempfile.TemporaryDirectory(prefix="tatu-docker-") as work:
         shutil.copy(archive, work)
         shutil.copy(HERE / "Dockerfile", work)
@@ -96,10 +96,10 @@ def docker(command, archive, version):
         try:
             ran = subprocess.run(call, check=False)
         except OSError as error:
-            print(f"the image was not made: {command}: {error}", file=sys.stderr)
+            print(f"the image was not built: {command}: {error}", file=sys.stderr)
             return False
     if ran.returncode != 0:
-        print(f"the image was not made: `{' '.join(call[:2])}` has failed; see above", file=sys.stderr)
+        print(f"the image was not built: `{' '.join(call[:2])}` has failed; see above", file=sys.stderr)
         return False
     print(f"image tatu:{version}")
     return True
@@ -109,12 +109,12 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("what", nargs="?", default="tarball", choices=["tarball", "deb", "docker", "all", "notices"])
     parser.add_argument("--target", type=Path, help="cargo's target folder; default: CARGO_TARGET_DIR, or target")
-    parser.add_argument("--built", type=Path, help="a folder with the program and its plugins, here or in deps")
+    parser.add_argument("--built", type=Path, help="a folder with the program and its plugins; the latter may be in its folder deps")
     parser.add_argument("--out", type=Path, default=ROOT / "target" / "packages", help="default: target/packages")
     parser.add_argument("--docker", default="docker", help="the command that builds images; default: docker")
-    parser.add_argument("--maintainer", default=MAINTAINER, help="who maintains the Debian package: NAME <ADDRESS>")
+    parser.add_argument("--maintainer", default=MAINTAINER, help="maintainer of the Debian package: NAME <ADDRESS>")
     parser.add_argument("--also", action="append", default=[], metavar="PACKAGE",
-                        help="for notices: a package of the workspace that is shipped, too; may be given several times")
+                        help="for notices: a further package of the workspace to include; may be given several times")
     args = parser.parse_args()
     target = args.target or Path(os.environ.get("CARGO_TARGET_DIR") or ROOT / "target")
     metadata = read_metadata()

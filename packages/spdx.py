@@ -11,7 +11,7 @@ TOKEN = re.compile(r"\s*(\(|\)|/|[A-Za-z0-9.+:-]+)")
 
 
 class NotAnExpression(ValueError):
-    """A text that is no licence expression."""
+    """The text is not a licence expression."""
 
 
 def parse(text):
@@ -65,13 +65,13 @@ def parse(text):
 
 
 def licences(tree):
-    """Returns the licences that an expression names, in order."""
+    """Returns the licences in an expression, in order."""
     kind, value = tree
     return [value] if kind == "id" else [one for part in value for one in licences(part)]
 
 
 def is_satisfied(tree, allowed):
-    """Returns whether the terms of an expression can be met with allowed licences alone."""
+    """Returns whether an expression can be satisfied by allowed licences only."""
     kind, value = tree
     if kind == "id":
         # SPDX compares identifiers without regard to case; `+` includes the version itself.

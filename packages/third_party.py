@@ -1,4 +1,4 @@
-"""THIRD-PARTY.txt: what others have written and the program contains, with the terms of each.
+"""Generates THIRD-PARTY.txt: a list of the third-party software in the program, with the terms of each.
 
 Crates that are linked into the program or its plugins, Rust's standard library, Lua, fonts, and the libraries of the
 page. Each text of a licence stands once, with the list of the packages to which it belongs.
@@ -15,19 +15,19 @@ from pathlib import Path
 import spdx
 
 PAGE = "plugins/views/web/page"
-# Names of files with terms, and folders whose files are no part of what is linked.
+# Names of files with terms, and folders whose files are not linked into the program.
 TERMS = re.compile(r"^((un)?licen[cs]es?([-_.].*)?|copying.*|copyright.*|notice.*)$", re.IGNORECASE)
 NO_TERMS = re.compile(r"\.(rs|js|ts|toml|json|html)$", re.IGNORECASE)
 NO_PART = {"tests", "test", "testing", "benches", "examples", "node_modules", "target"}
-# Terms in files of other names: of fonts, and the notice at the end of Lua's header.
+# Terms in files with other names: those of fonts, and the notice at the end of Lua's header.
 MORE_TERMS = {"epaint_default_fonts": ["fonts/*.txt"]}
-# Texts that are data of a crate, not its own terms.
+# Licence texts that are data of a crate, not the crate's terms.
 NO_OWN_TERMS = {"spdx": "src/text"}
 LUA = ("lua-src", "lua-5.4.*/lua.h")
 
 
 class Package:
-    """One package: `texts` are pairs of the file's name and its text."""
+    """A package; `texts` are pairs of a file's name and its text."""
 
     def __init__(self, name, version, licence, by, where, texts):
         self.name, self.version, self.licence, self.by, self.where = name, version, licence, by, where
@@ -38,7 +38,7 @@ class Package:
 
 
 def tidy(text):
-    """Returns a text in which only what can be seen counts."""
+    """Normalizes the white space of a text, for comparison."""
     lines = [line.rstrip() for line in text.replace("\r\n", "\n").replace("\f", "").expandtabs().split("\n")]
     return "\n".join(lines).strip("\n")
 
@@ -48,7 +48,7 @@ def read(path):
 
 
 def texts_in(folder, more=(), without=None):
-    """Returns the terms in the folder of a package."""
+    """Returns the files with terms in the folder of a package, as pairs of name and text."""
     found = {path for pattern in more for path in folder.glob(pattern)}
     for place, folders, files in os.walk(folder):
         folders[:] = [f for f in folders if f not in NO_PART]
@@ -62,7 +62,7 @@ def is_macro(package):
 
 
 def linked(metadata, names):
-    """Returns the packages of others that are linked into the root package and those named: normal dependencies.
+    """Returns the third-party packages that are linked into the root package and the named ones: normal dependencies.
 
     Macros are not among them: only the compiler runs them.
     """
@@ -99,16 +99,16 @@ def crates(metadata, names):
 
 
 def people(names):
-    """Returns names without addresses."""
+    """Returns authors' names without e-mail addresses."""
     return ", ".join(re.sub(r"\s*<[^>]*>", "", name).strip() for name in names if name.strip())
 
 
 def lua(metadata):
-    """Returns Lua, whose sources the build of its plugin compiles."""
+    """Returns the entry for Lua, which is compiled by the build script of its plugin."""
     crate = next(p for p in metadata["packages"] if p["name"] == LUA[0])
     headers = sorted(Path(crate["manifest_path"]).parent.glob(LUA[1]))
     if not headers:
-        raise SystemExit(f"{crate['manifest_path']}: expected {LUA[1]} beside it, for Lua's notice")
+        raise SystemExit(f"{crate['manifest_path']}: expected {LUA[1]} next to it, with Lua's copyright notice")
     text = headers[0].read_text(encoding="utf-8")
     notice = re.search(r"/\*+\n(\* Copyright \(C\).*?)\n\*+/", text, re.DOTALL)
     if not notice:
@@ -120,7 +120,7 @@ def lua(metadata):
 
 
 class Plain(html.parser.HTMLParser):
-    """The text of a page."""
+    """Extracts the text of an HTML page."""
 
     BLOCKS = {"p", "pre", "h1", "h2", "h3", "h4", "li", "ul", "table", "tr", "div", "details", "summary", "br"}
 
@@ -144,7 +144,7 @@ class Plain(html.parser.HTMLParser):
 
 
 def standard_library(root):
-    """Returns Rust's standard library, which is part of every program in Rust."""
+    """Returns the entry for Rust's standard library, which is linked into every Rust program."""
     def ask(*args):
         return subprocess.run(["rustc", *args], cwd=root, check=True, capture_output=True, text=True).stdout.strip()
 
@@ -165,7 +165,7 @@ def standard_library(root):
 
 
 def page_folder(root, built, lock, work):
-    """Returns a folder `node_modules` with the locked versions: of the build, of the page, or installed for this."""
+    """Returns a folder `node_modules` with the locked versions: that of the build, that of the page, or a new one."""
     wanted = {name: p["version"] for name, p in lock["packages"].items() if name and not p.get("dev")}
 
     def has_all(folder):
@@ -212,7 +212,7 @@ def libraries(root, built):
 
 
 def standard_text(package, root, packages):
-    """Returns the usual text of a licence for a package that has none in its files, and what to say about it."""
+    """Returns a description and the usual text of the licence of a package without licence files."""
     tree = spdx.parse(package.licence)
     names = spdx.licences(tree)
     if spdx.is_satisfied(tree, ["Apache-2.0"]):
@@ -223,7 +223,7 @@ def standard_text(package, root, packages):
     for other in packages:
         if other.licence in names and len(other.texts) == 1:
             return f"{other.licence}, as for {other.title()}", other.texts[0][1]
-    raise SystemExit(f"{package.title()} has no file with its terms, and no text of `{package.licence}` is known")
+    raise SystemExit(f"{package.title()} has no licence file, and no standard text of `{package.licence}` is known")
 
 
 def write(metadata, root, built, names=()):
@@ -240,7 +240,7 @@ def write(metadata, root, built, names=()):
             texts.setdefault(text, []).append(f"{package.title()} ({name})")
     order = sorted(texts, key=lambda text: ([o.lower() for o in texts[text]], text))
     line = "=" * 100
-    out = ["Software of others in Tatu, and its terms", "",
+    out = ["Third-party software in Tatu, and its terms", "",
            "Each package has its licence as an SPDX expression, its authors, and where its source is. The texts of the",
            "licences follow; where an expression offers several, the package's files may have the text of each.", ""]
     for title, group in groups:

@@ -18,7 +18,7 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parent.parent
 TRIPLE = "x86_64-unknown-linux-gnu"
 GLIBC = "2.28"
-# Versions that were tried together.
+# Versions that were tested together.
 TOOLS = ["maturin==1.16.0", "cargo-zigbuild==0.24.1", "ziglang==0.17.1"]
 
 
@@ -46,7 +46,7 @@ def main() -> int:
 
 
 def environment(folder: Path, packages) -> Path:
-    """A virtual environment with these packages; its folder of programs."""
+    """Creates a virtual environment with these packages; returns its folder of programs."""
     if not (folder / "bin/python").exists():
         venv.create(folder, with_pip=True)
     run([str(folder / "bin/python"), "-m", "pip", "install", "-q", *packages], dict(os.environ))
@@ -54,7 +54,7 @@ def environment(folder: Path, packages) -> Path:
 
 
 def notices(env) -> None:
-    """Writes the notices of third parties into the package."""
+    """Writes third-party notices into the package."""
     command = [sys.executable, "packages/make.py", "notices", "--also", "tatu-python", "--out", "python/tatu_sim"]
     run(command, env)
 

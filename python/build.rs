@@ -1,9 +1,9 @@
-//! Gathers what a wheel contains besides the module: the plugins, scenes, models and add-ons, and the declarations of
+//! Gathers the contents of a wheel besides the module: the plugins, scenes, models and add-ons, and the declarations of
 //! commands for type checkers. Does nothing unless maturin builds a wheel.
 //!
-//! Cargo builds the plugins' libraries for programs, but gives a build script no access to those of the same build. So a
-//! cargo of its own builds them, in a target folder of its own. Where `TATU_WHEEL_PLUGINS` names a folder with a program
-//! and its plugins, these are taken instead: they may have been built for an older system.
+//! A build script has no access to the plugin libraries of the same build. So it runs a separate cargo process with a
+//! separate target folder to build them. If `TATU_WHEEL_PLUGINS` is the path of a folder with a program and its plugins,
+//! these are copied instead; they may have been built for an older system.
 
 use std::{
     env, fs, io,
@@ -35,7 +35,7 @@ fn main() -> Result {
         }
     }
     plugins(&root, &built, &package.join("plugins"))?;
-    // The host of plugins' tests, which lies beside the program.
+    // The host for tests of plugins, which is next to the program.
     copy_library(&built, "libtatuhost.so", &package)?;
     for folder in ["scenes", "models", "addons"] {
         copy_tree(&root.join(folder), &package.join(folder))?;
@@ -48,7 +48,7 @@ fn build(root: &Path) -> Result<PathBuf> {
     let target = root.join("target/wheel");
     let mut command = Command::new(env::var("CARGO")?);
     command.current_dir(root).args(["build", "--release", "-p", "tatu"]).arg("--target-dir").arg(&target);
-    // What the outer cargo tells its build scripts is not meant for this one.
+    // Variables that the outer cargo sets for build scripts must not affect the inner cargo.
     for (name, _) in env::vars_os() {
         let name = name.to_string_lossy().into_owned();
         let is_for_script = ["CARGO_FEATURE_", "CARGO_CFG_", "CARGO_PKG_", "CARGO_MANIFEST_", "DEP_"];
@@ -85,7 +85,7 @@ fn copy_library(built: &Path, name: &str, to: &Path) -> Result {
     Ok(())
 }
 
-/// Copies a folder of the repository, without what programs have left in it.
+/// Copies a folder of the repository, without files that programs have left in it.
 fn copy_tree(from: &Path, to: &Path) -> io::Result<()> {
     fs::create_dir_all(to)?;
     for entry in fs::read_dir(from)? {

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Checks every plugin that comes with a program: check_plugins.py PROGRAM
 
-Prints what is wrong, and ends with 1 if anything is. own_plugins_check.toml has what is allowed, with reasons.
+Prints the findings; the exit code is 1 if there are any. own_plugins_check.toml lists allowed findings, with reasons.
 """
 
 import json
@@ -12,7 +12,7 @@ from pathlib import Path
 
 CONFIG = Path(__file__).resolve().parent / "own_plugins_check.toml"
 AT_ONCE = 2
-# Commands of LuaSocket block as long as their arguments say, also for ever: only what calls none of them is tried.
+# Commands of LuaSocket may block indefinitely, depending on their arguments: only tests that do not call them are run.
 SKIP = {"tatu.commands.luasocket": "arguments,repeat,worlds,snapshots,reload,load,cost"}
 
 

@@ -3,8 +3,8 @@
 
 compilers.py PROGRAM
 
-gcc and clang (from the PyPI package ziglang), C11 and C++17, -O0 and -O3; Rust by Debian's rustc-web. A compiler that is
-missing is named and skipped.
+gcc and clang (from the PyPI package ziglang), C11 and C++17, -O0 and -O3; Rust by Debian's rustc-web. Missing compilers
+are reported and skipped.
 """
 
 import os
@@ -22,7 +22,7 @@ AT_ONCE = 2
 
 
 def zig(folder):
-    """Paths of scripts `zcc` and `zc++`, clang's C and C++ compilers; None if the package cannot be installed."""
+    """Creates scripts that run clang's C and C++ compilers; returns their paths, or None if ziglang cannot be installed."""
     venv.create(folder, with_pip=True)
     python = folder / "bin/python"
     if subprocess.run([python, "-m", "pip", "install", "--quiet", "ziglang"], capture_output=True).returncode:
@@ -37,10 +37,10 @@ def zig(folder):
 
 
 def attempt(program, folder, name, lang, kind, env):
-    """Creates, builds, runs and checks a plugin; the output of the first command that fails, or None."""
+    """Creates, builds, runs and checks a plugin; returns the output of the first command that fails, or None."""
     place = folder / name
     place.mkdir()
-    # Projects of one name that share a target folder would overwrite each other's library.
+    # Projects with the same name would overwrite each other's library in a common target folder.
     plugin = f"tried_{kind}"
     env = {**os.environ, "XDG_DATA_HOME": str(place / ".data"), **env}
     for command in [["new", "plugin", plugin, "--lang", lang, "--kind", kind], ["plugin", "run", plugin],

@@ -1,7 +1,8 @@
 #!/usr/bin/env python3
 """Measures every model with a card: models.py PROGRAM [--only CATEGORY | --without CATEGORY] [--hour]
 
-With --hour, each demo scene runs for an hour of simulated time instead. Prints what is wrong, and ends with 1 if anything is.
+With --hour, each demo scene runs for an hour of simulated time instead. Prints the errors; the exit code is 1 if there
+are any.
 """
 
 import argparse
@@ -30,7 +31,7 @@ def measured(program, folder):
 
 
 def runs(program, folder):
-    """The demo runs for an hour without an error, and what it moves stays finite and near."""
+    """Checks that the demo runs for an hour without an error, and that positions stay finite and close to the origin."""
     demo = folder / "demo.toml"
     if not demo.exists():
         return []

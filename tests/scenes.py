@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
 """Runs each scene of scenes/showcase as long as its referee needs: scenes.py PROGRAM
 
-A line `# Test: runs N s` of a scene has the simulated time. Its scripts raise an error if the robots do not do what they should.
-Prints what is wrong, and ends with 1 if anything is.
+A line `# Test: runs N s` of a scene states the simulated time. Its scripts raise an error if the robots do not behave
+as they should. Prints the errors; the exit code is 1 if there are any.
 """
 
 import math

@@ -132,14 +132,14 @@ pub fn read(place: &Path, registry: &Registry, sources: &Sources) -> Result<AddO
     Ok(addon)
 }
 
-/// Applies a manifest.
+/// Applies the settings of a manifest to an add-on.
 fn take(addon: &mut AddOn, file: &Path, manifest: &DocumentMut) -> Result {
     let wrong = |key: &str, wanted: &str| {
         Error::new("E601", format!("{}: invalid value for `{key}`", file.display())).expected(wanted.to_owned())
     };
     for (key, to) in [("name", &mut addon.name), ("text", &mut addon.about), ("dialect", &mut addon.dialect)] {
         if let Some(item) = manifest.get(key) {
-            *to = item.as_str().ok_or_else(|| wrong(key, "a text"))?.to_owned();
+            *to = item.as_str().ok_or_else(|| wrong(key, "a string"))?.to_owned();
         }
     }
     if let Some(item) = manifest.get("auto_start") {

@@ -60,7 +60,7 @@ pub enum Start {
     ByItself,
     /// It starts only by `--addon`.
     ByName,
-    /// Its function `info` decides.
+    /// The script's function `info` decides.
     Asked,
 }
 
@@ -71,7 +71,7 @@ pub struct AddOn {
     pub name: String,
     /// The file of its script.
     pub file: PathBuf,
-    /// Index of its language.
+    /// Index of its script language in the registry.
     pub language: usize,
     /// The version that it was written for; if empty, it is inferred from the source.
     pub dialect: String,

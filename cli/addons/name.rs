@@ -2,10 +2,10 @@
 //!
 //! | file | kind | starts |
 //! |---|---|---|
-//! | `vrepAddOnFunc_x.lua`, `vrepAddOnFunction_x.lua`, `simAddOnFunc_x.lua` | a function: its text runs once | by name |
-//! | `vrepAddOnScript_x.lua`, `simAddOnScript_x.lua` | a script | by itself |
+//! | `vrepAddOnFunc_x.lua`, `vrepAddOnFunction_x.lua`, `simAddOnFunc_x.lua` | a function: file runs once | by name |
+//! | `vrepAddOnScript_x.lua`, `simAddOnScript_x.lua` | a script | automatically |
 //! | `vrepAddOnScript-x.lua`, `simAddOnScript-x.lua` | a script | by name |
-//! | `simAddOnX.lua`, any other name | a script | as it answers itself |
+//! | `simAddOnX.lua`, any other name | a script | as its function `info` returns |
 
 use super::Start;
 

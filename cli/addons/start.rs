@@ -81,7 +81,7 @@ fn is_meant(w: &Wanted, addon: &AddOn) -> bool {
 
 fn unknown(w: &Wanted, found: &[AddOn]) -> Error {
     let known: Vec<&str> = found.iter().map(|a| a.name.as_str()).collect();
-    let list = if known.is_empty() { "none was found".to_owned() } else { known.join(", ") };
+    let list = if known.is_empty() { "no add-on was found".to_owned() } else { known.join(", ") };
     Error::new("E600", format!("there is no add-on `{}`, and no such file", w.name))
         .expected(format!("one of those that `tatu list addons` shows ({list}), or a file"))
         .nearest(&w.name, known)

@@ -1,5 +1,5 @@
 
--- What functions of cards share: see docs/plugin-authors/robots.md.
+-- Helper functions for measures in card.lua; see docs/plugin-authors/robots.md.
 measure = {}
 
 function measure.model()
@@ -41,7 +41,7 @@ function measure.angle(object)
     return now
 end
 
--- The way that an object goes, and the angle by which it turns, in some steps.
+-- Returns the length of an object's path, m, and the angle by which it turns, rad, over a number of steps.
 function measure.motion(object, steps)
     local way, from, at = 0, measure.angle(object), sim.getObjectPosition(object)
     for _ = 1, steps do

@@ -1,7 +1,7 @@
-//! The card of a model: what it does, measured, beside what its data sheet says.
+//! The card of a model: measured behaviour, compared with the model's data sheet.
 //!
-//! A folder `models/NAME` may hold `card.toml`, read here, and `card.lua` with one function for each measure. `grade`
-//! says how far the model can be relied on; `measure.lua` are functions that measures share.
+//! A folder `models/NAME` may contain `card.toml`, which is read here, and `card.lua` with one function for each
+//! measure. `grade` derives the grade of the model; `measure.lua` contains helper functions for measures.
 
 pub mod grade;
 
@@ -14,33 +14,33 @@ use tatu_core::errors::{Error, Place};
 use tatu_plugin_api::safe::{MOST_BYTES, read_plain_text};
 use toml_edit::{Document, DocumentMut, Item, Table, value};
 
-/// Relative difference that is allowed if a measure says nothing else.
+/// Default tolerance of a measure, relative to the expected value.
 const TOLERANCE: f64 = 0.02;
-/// Keys of a card and of a measure.
+/// Keys of a card; those of a measure are in `MEASURE_KEYS`.
 const KEYS: &[&str] = &["format", "not_shown", "params", "scene", "measure"];
 const MEASURE_KEYS: &[&str] =
     &["name", "text", "unit", "expected", "source", "tolerance", "within", "params", "scene", "seconds", "measured"];
 
-/// A card that was read.
+/// The contents of a card.
 pub struct Card {
     pub file: PathBuf,
-    /// What the model leaves out.
+    /// Properties of the device that the model does not simulate.
     pub not_shown: Vec<String>,
     pub measures: Vec<Measure>,
 }
 
-/// Something that the model does, which a function of `card.lua` measures.
+/// A quantity of the model's behaviour, which a function of `card.lua` measures.
 pub struct Measure {
-    /// Name of the function.
+    /// The function's name.
     pub name: String,
     pub text: String,
     pub unit: String,
-    /// What the sheet says.
+    /// Value according to the data sheet, in `unit`.
     pub expected: f64,
     pub source: String,
-    /// Greatest difference to it.
+    /// Maximum absolute deviation from `expected`, in `unit`.
     pub allowed: f64,
-    /// What was measured when the card was written.
+    /// Value measured when the card was last written, in `unit`.
     pub measured: Option<f64>,
     /// Parameters of the model, and settings of the scene, for the world in which it is measured.
     pub params: Table,
@@ -50,12 +50,12 @@ pub struct Measure {
 }
 
 impl Measure {
-    /// Returns whether a value is as near to the expected one as it must be.
+    /// Returns whether a value is within the tolerance.
     pub fn holds(&self, value: f64) -> bool {
         (value - self.expected).abs() <= self.allowed
     }
 
-    /// Returns whether the card still says what was measured.
+    /// Returns whether the card's recorded value agrees with a new one, within a quarter of the tolerance.
     pub fn is_recorded(&self, value: f64) -> bool {
         self.measured.is_some_and(|m| (m - value).abs() <= 0.25 * self.allowed)
     }
@@ -87,7 +87,7 @@ pub fn write(card: &Card, values: &[Option<f64>]) -> Result<(), Error> {
     tatu_core::state::write_whole(&card.file, doc.to_string().as_bytes()).map_err(|e| fail(e.to_string()))
 }
 
-/// Rounds to five digits.
+/// Rounds to five significant digits.
 pub fn rounded(x: f64) -> f64 {
     format!("{x:.4e}").parse().unwrap_or(x)
 }
@@ -103,7 +103,7 @@ impl Reader<'_> {
         self.only(doc.as_table(), KEYS, "a card")?;
         if doc.get("format").and_then(Item::as_integer) != Some(1) {
             let error = self.fail("E102", "`format` is not 1".into(), doc.get("format").and_then(Item::span));
-            return Err(error.help("begin the card with `format = 1`"));
+            return Err(error.help("write `format = 1` in the first line of the card"));
         }
         let (params, scene) = (self.table(doc.as_table(), "params")?, self.table(doc.as_table(), "scene")?);
         let mut measures = Vec::new();
@@ -125,7 +125,7 @@ impl Reader<'_> {
             None => Vec::new(),
             Some(item) => {
                 let all = item.as_array().and_then(|a| a.iter().map(|v| v.as_str().map(str::to_owned)).collect());
-                all.ok_or_else(|| self.fail("E102", "`not_shown` is not a list of texts".into(), item.span()))?
+                all.ok_or_else(|| self.fail("E102", "`not_shown` is not a list of strings".into(), item.span()))?
             }
         };
         Ok(Card { file: self.file.to_owned(), not_shown, measures })
@@ -136,7 +136,8 @@ impl Reader<'_> {
         let lacks = |key: &str| self.fail("E104", format!("a measure lacks `{key}`"), table.span());
         let text = |key: &str| -> Result<String, Error> {
             let item = table.get(key).ok_or_else(|| lacks(key))?;
-            let text = item.as_str().ok_or_else(|| self.fail("E102", format!("`{key}` is not a text"), item.span()))?;
+            let text =
+                item.as_str().ok_or_else(|| self.fail("E102", format!("`{key}` is not a string"), item.span()))?;
             Ok(text.to_owned())
         };
         let number = |key: &str| -> Result<Option<f64>, Error> {
@@ -162,9 +163,9 @@ impl Reader<'_> {
         let relative = number("tolerance")?.unwrap_or(TOLERANCE) * expected.abs();
         let allowed = number("within")?.unwrap_or(relative);
         if allowed == 0.0 {
-            let text = format!("`{name}` allows no difference at all");
+            let text = format!("the tolerance of `{name}` is 0");
             let error = self.fail("E104", text, table.span());
-            return Err(error.help("give `within`, the greatest difference, if `expected` is 0"));
+            return Err(error.help("if `expected` is 0, set `within`, the maximum absolute deviation"));
         }
         let or = |key: &str, all: &Table| -> Result<Table, Error> {
             if table.contains_key(key) { self.table(table, key) } else { Ok(all.clone()) }

@@ -90,7 +90,7 @@ fn params(all: &[Declared]) -> Value {
         .collect()
 }
 
-/// Lists models of plugins, and those in folders. A model that cannot be read is a warning.
+/// Lists models of plugins, and those in folders. A model that cannot be read causes a warning.
 fn models(r: &Registry) -> Vec<Value> {
     let row = |m: &Model, file: Option<&Path>| {
         let slots: Vec<_> = m.slots.iter().map(slot).collect();
@@ -133,13 +133,13 @@ pub fn model_at(r: &Registry, id: &str, file: &Path) -> Result<Model, Error> {
     r.read_model(id, file, &text)
 }
 
-/// Describes a slot: its alias, what fits, where it is.
+/// Describes a slot as JSON: its alias, mount, maximum payload and description.
 pub fn slot(s: &Slot) -> Value {
     let payload = (s.payload > 0.0).then_some(s.payload);
     json!({ "name": s.alias, "mount": s.mount, "payload_kg": payload, "text": s.text })
 }
 
-/// Returns the licence of a model, which is that of its plugin unless it says otherwise.
+/// Returns the licence of a model. A model that is built by a plugin and declares none has the plugin's licence.
 pub fn licence<'a>(r: &'a Registry, m: &'a Model) -> &'a str {
     if m.licence.is_empty() && m.file.is_none() { &r.plugins[m.plugin].licence } else { &m.licence }
 }

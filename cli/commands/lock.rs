@@ -86,11 +86,11 @@ impl Locked {
             files.iter().filter(|(path, _)| is_model(path)).filter_map(|(path, _)| path.parent()).collect();
         let here = scene.parent().unwrap_or(Path::new(""));
         for (path, bytes) in &files {
-            // Where names of models were found is not a file.
+            // Entries in angle brackets record where models were found; they are not files.
             if path.to_string_lossy().starts_with('<') {
                 continue;
             }
-            // Files of models have the same names wherever their folder is.
+            // Files of models are listed relative to the model's folder, so that its location does not matter.
             let folder = models.iter().find(|m| path.starts_with(m));
             let name = match folder.and_then(|m| Some((m.file_name()?, path.strip_prefix(m).ok()?))) {
                 Some((model, rest)) => format!("models/{}/{}", model.to_string_lossy(), portable(rest)),
@@ -137,7 +137,7 @@ impl Locked {
             let tables = match document.get(key) {
                 None => return Ok(Vec::new()),
                 Some(item) => {
-                    item.as_array_of_tables().ok_or_else(|| damaged(format!("`{key}` is no list of tables")))?
+                    item.as_array_of_tables().ok_or_else(|| damaged(format!("`{key}` is not an array of tables")))?
                 }
             };
             let text = |t: &Table, k: &str| t.get(k).and_then(Item::as_str).map(str::to_owned);
@@ -187,17 +187,19 @@ impl Locked {
     }
 }
 
-/// Writes the record beside the old one, which it then replaces, so that a failure loses neither. Whatever else has the
-/// file's name is left alone.
+/// Writes a temporary file and renames it over the old record, so that a failure leaves the old record intact. A file
+/// of that name that is not a record is never replaced.
 fn replace(file: &Path, text: &str) -> Result<(), Error> {
     let taken = |why: String| {
         Error::new("E105", format!("cannot write {}: {why}", file.display()))
             .help("rename that file, or the scene: the record has the scene's name and ends with `.lock`")
     };
-    // A link would be replaced, or followed to a file that is not ours.
+    // Links are refused: they would be replaced, or followed to an unrelated file.
     match std::fs::symlink_metadata(file) {
         Err(_) => {}
-        Ok(about) if !about.is_file() => return Err(taken("something else has this name".to_owned())),
+        Ok(about) if !about.is_file() => {
+            return Err(taken("there is something with this name that is not a regular file".to_owned()));
+        }
         Ok(_) => {
             let old = read_plain(file, MOST_BYTES).map_err(|e| taken(e.to_string()))?;
             Locked::parse(file, &String::from_utf8_lossy(&old))
@@ -228,7 +230,7 @@ fn is_model(path: &Path) -> bool {
     path.file_name().is_some_and(|n| n == MODEL_FILE)
 }
 
-/// Returns a path as it is written on all systems.
+/// Returns a path with `/` as the separator, so that lock files are the same on all systems.
 fn portable(path: &Path) -> String {
     path.components().map(|c| c.as_os_str().to_string_lossy()).collect::<Vec<_>>().join("/")
 }
@@ -236,12 +238,12 @@ fn portable(path: &Path) -> String {
 /// Maximum nesting depth of a folder. A link to a folder above would nest endlessly.
 const DEEPEST: usize = 16;
 
-/// Adds the names, lengths and contents of all files of a folder, in order; links count as what they lead to, since
-/// plugins read that.
+/// Adds the names, lengths and contents of all files of a folder to the hash, in order of their names. Links are
+/// followed, since plugins read their targets.
 fn hash_folder(folder: &Path, within: &str, hash: &mut Sha256, depth: usize) -> Result<(), Error> {
     let fail = |e: std::io::Error| Error::new("E105", format!("cannot read {}: {e}", folder.display()));
     if depth == 0 {
-        return Err(fail(std::io::Error::other(format!("folders nest more than {DEEPEST} deep"))));
+        return Err(fail(std::io::Error::other(format!("folders are nested more than {DEEPEST} levels deep"))));
     }
     let entries = std::fs::read_dir(folder).map_err(fail)?;
     let mut all: Vec<PathBuf> = entries.map(|e| e.map(|e| e.path())).collect::<Result<_, _>>().map_err(fail)?;
@@ -253,7 +255,7 @@ fn hash_folder(folder: &Path, within: &str, hash: &mut Sha256, depth: usize) -> 
             continue;
         }
         let contents = contents(&path)?;
-        // With their lengths, no two folders give the same bytes.
+        // The lengths make the hashed bytes unambiguous: no two folders yield the same sequence.
         for part in [name.as_bytes(), &contents] {
             hash.update((part.len() as u64).to_le_bytes());
             hash.update(part);

@@ -1,6 +1,6 @@
-//! `tatu measure`: measures what a model does, and compares it with the model's data sheet.
+//! `tatu measure`: measures the behaviour of a model, and compares it with the model's data sheet.
 //!
-//! Each function of the model's `card.lua` runs in a world of its own, which holds a floor and the model.
+//! Each function of the model's `card.lua` runs in a world of its own, which contains a floor and the model.
 
 use std::{
     path::{Path, PathBuf},
@@ -30,13 +30,13 @@ use crate::{
     watchdog::Watchdog,
 };
 
-/// Functions that measures share.
+/// Helper functions for measures, prepended to each script.
 const SHARED: &str = include_str!("../card/measure.lua");
-/// The signal that carries a value out of the world.
+/// The signal through which the script returns the measured value.
 const SIGNAL: &str = "measured";
 
-/// Measures a model. The exit code is 0 if all measures are as the sheet and the card say, 1 if not, 2 if something could not be
-/// measured.
+/// Measures a model. The exit code is 0 if all values agree with the data sheet and with the card, 1 if one does not,
+/// and 2 if one could not be measured.
 pub fn measure(args: &args::Measure) -> ExitCode {
     let watchdog = Watchdog::start(args.watchdog, false);
     let done = super::registry(None, &Sources::default(), &[], &watchdog).and_then(|registry| {
@@ -55,8 +55,8 @@ pub fn measure(args: &args::Measure) -> ExitCode {
 fn all(args: &args::Measure, registry: &Arc<Registry>, watchdog: &Watchdog) -> Result<ExitCode, Error> {
     let file = model_file(&args.model, registry)?;
     let lacks = || Error::new("E105", format!("there is no card.toml beside {}", file.display()));
-    let card =
-        card::read(&file)?.ok_or_else(|| lacks().help("docs/plugin-authors/robots.md shows how a card is written"))?;
+    let card = card::read(&file)?
+        .ok_or_else(|| lacks().help("docs/plugin-authors/robots.md describes how to write a card"))?;
     let names: Vec<&str> = card.measures.iter().map(|m| m.name.as_str()).collect();
     if let Some(other) = args.only.iter().find(|o| !names.contains(&o.as_str())) {
         let error = Error::new("E130", format!("{} has no measure `{other}`", card.file.display()));
@@ -66,7 +66,7 @@ fn all(args: &args::Measure, registry: &Arc<Registry>, watchdog: &Watchdog) -> R
     let script = read_plain_text(&lua, MOST_BYTES)
         .map_err(|e| Error::new("E105", format!("{} cannot be read: {e}", lua.display())))?;
     let wanted = |m: &Measure| args.only.is_empty() || args.only.contains(&m.name);
-    // One that fails does not keep the others from being measured.
+    // A measure that fails does not prevent the others from running.
     let mut failed = false;
     let mut values = Vec::new();
     for m in &card.measures {
@@ -83,7 +83,7 @@ fn all(args: &args::Measure, registry: &Arc<Registry>, watchdog: &Watchdog) -> R
     Ok(if failed { ExitCode::from(2) } else { ExitCode::from(u8::from(!good)) })
 }
 
-/// Returns the file of a model that is named by its id, its folder or its file.
+/// Returns the file of a model given by its id, its folder or its file.
 fn model_file(name: &str, registry: &Registry) -> Result<PathBuf, Error> {
     let path = Path::new(name);
     let files = [path.to_owned(), path.join("model.toml")];
@@ -98,7 +98,7 @@ fn model_file(name: &str, registry: &Registry) -> Result<PathBuf, Error> {
     })
 }
 
-/// Runs one function in a world of its own; returns its value.
+/// Runs the function of one measure in a world of its own; returns the measured value.
 fn one(
     m: &Measure,
     model: &Path,
@@ -137,8 +137,8 @@ fn one(
     }
 }
 
-/// Returns what stands before the script: the shared functions and the call of the measure, in one line, so that errors have
-/// the lines of card.lua.
+/// Returns the code that precedes the script: the helper functions and the call of the measure, on a single line, so
+/// that line numbers in errors are those of card.lua.
 fn before(m: &Measure) -> String {
     let shared: Vec<&str> = SHARED.lines().map(str::trim).filter(|l| !l.starts_with("--")).collect();
     let name = &m.name;
@@ -150,7 +150,7 @@ fn before(m: &Measure) -> String {
     )
 }
 
-/// Returns the text of the scene of a measure.
+/// Returns the scene file of a measure.
 fn scene_of(m: &Measure, model: &Path) -> String {
     let mut doc = DocumentMut::new();
     doc["format"] = value(1);
@@ -176,7 +176,7 @@ fn scene_of(m: &Measure, model: &Path) -> String {
     doc.to_string()
 }
 
-/// Describes a measure; `measured` is its value now.
+/// Describes a measure as JSON; `measured` is the value from this run.
 fn row(m: &Measure, measured: f64, written: bool) -> Option<Json> {
     let verdict = match (m.holds(measured), m.measured) {
         (false, _) => "off",
@@ -201,7 +201,7 @@ fn tell(args: &args::Measure, registry: &Registry, file: &Path, rows: &[Json]) -
     }
     table(rows, &["measure", "measured", "expected", "unit", "off", "verdict", "source"]);
     let numbers = list::model_at(registry, &args.model, file)?.numbers;
-    // What was written just now counts.
+    // The card is read again, since `--write` may have changed it.
     let card = card::read(file)?;
     let grade = Grade::of(&numbers, card.as_ref());
     report::out!("\ngrade {}: {}", grade.letter(), grade.text(&numbers, card.as_ref()));

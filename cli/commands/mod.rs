@@ -1,4 +1,4 @@
-//! The commands, one file each, and shared code: loading plugins and scenes.
+//! The commands of the program, one file each, and code that they share: loading plugins and scenes.
 
 pub mod check;
 pub mod convert;

@@ -24,7 +24,10 @@ use tatu_plugin_api::safe::{MOST_BYTES, read_plain_text};
 
 use crate::{args::Sweep, report};
 
-/// Runs the jobs of a sweep that are this shard's. The exit code is 0; 1 if a job failed; 2 if none could be run.
+/// A sweep of more jobs than this says how many there are before it starts.
+const MANY_JOBS: usize = 10_000;
+
+/// Runs the jobs of a sweep that belong to this shard. The exit code is 0; 1 if a job failed; 2 if none could be run.
 pub fn sweep(args: &Sweep) -> ExitCode {
     match run(args) {
         Ok(0) => ExitCode::SUCCESS,
@@ -39,7 +42,7 @@ pub fn sweep(args: &Sweep) -> ExitCode {
     }
 }
 
-/// Returns the number of jobs that failed.
+/// Runs the jobs; returns the number of those that failed.
 fn run(args: &Sweep) -> Result<usize> {
     let unreadable = |e| Error::new("E105", format!("cannot read {}: {e}", args.file.display()));
     let text = read_plain_text(&args.file, MOST_BYTES).map_err(unreadable)?;
@@ -49,11 +52,16 @@ fn run(args: &Sweep) -> Result<usize> {
     let (shard, shards) = args.shard;
     let jobs: Vec<usize> = (0..plan.count()).filter(|n| n % shards == shard).collect();
     let mut out = Output::open(args.output.as_deref())?;
-    let todo: Vec<usize> = jobs.iter().copied().filter(|n| !out.has(&runner.key(&plan.job(*n)))).collect();
+    if jobs.len() > MANY_JOBS {
+        report::note(&format!("the file describes {} jobs, of which {} are run here", plan.count(), jobs.len()));
+    }
+    let done = |n: &usize| !out.done.is_empty() && out.has(&runner.key(&plan.job(*n)));
+    let todo: Vec<usize> = jobs.iter().copied().filter(|n| !done(n)).collect();
     if todo.len() < jobs.len() {
         report::note(&format!("{} of {} jobs are done already", jobs.len() - todo.len(), jobs.len()));
     }
     let host = hostname();
+    let bar = report::progress(todo.len() as u64, "job", args.output.is_some());
     let (next, failed) = (AtomicUsize::new(0), AtomicUsize::new(0));
     // Rows are written in the order of the jobs, whichever thread ends first.
     let rows = Mutex::new((BTreeMap::new(), 0, &mut out, Ok(())));
@@ -72,7 +80,7 @@ fn run(args: &Sweep) -> Result<usize> {
                     let row = match runner.run(&job, None) {
                         Ok(row) => row_json(&row, since.elapsed().as_secs_f64(), &host),
                         Err(e) => {
-                            // The others are in the rows.
+                            // Only the first error is printed; each row contains its own.
                             if failed.fetch_add(1, Relaxed) == 0 {
                                 report::error(&e);
                             }
@@ -82,6 +90,7 @@ fn run(args: &Sweep) -> Result<usize> {
                     let mut rows = rows.lock().unwrap_or_else(PoisonError::into_inner);
                     let (waiting, written, out, done) = &mut *rows;
                     waiting.insert(at, row);
+                    bar.inc(1);
                     while let Some(row) = waiting.remove(written) {
                         *written += 1;
                         if done.is_ok() {
@@ -92,13 +101,14 @@ fn run(args: &Sweep) -> Result<usize> {
             });
         }
     });
+    bar.finish_and_clear();
     let (.., done) = rows.into_inner().unwrap_or_else(PoisonError::into_inner);
     done?;
     runner.end();
     Ok(failed.into_inner())
 }
 
-/// A row as JSON. What depends on the machine comes last.
+/// Converts a row to JSON. Values that depend on the machine come last.
 fn row_json(row: &Row, wall: f64, host: &str) -> Value {
     let mut out = json!(row);
     out["wall_s"] = json!(wall);
@@ -107,14 +117,14 @@ fn row_json(row: &Row, wall: f64, host: &str) -> Value {
 }
 
 fn not_a_row(path: &Path, line: usize) -> Error {
-    let text = format!("{}:{line}: this is no row of a sweep, so nothing is appended", path.display());
+    let text = format!("{}:{line}: this is not a row of a sweep, so nothing is appended", path.display());
     Error::new("E102", text).expected("a new file, or one that an earlier sweep wrote")
 }
 
-/// Where rows go: a file that is continued, or standard output.
+/// The destination of rows: a file to which rows are appended, or standard output.
 struct Output {
     file: Option<(BufWriter<File>, std::path::PathBuf)>,
-    /// Keys of jobs whose rows the file has already.
+    /// Keys of jobs whose rows the file already contains.
     done: std::collections::BTreeSet<String>,
 }
 
@@ -137,7 +147,7 @@ impl Output {
         if path.exists() && !path.is_file() {
             read_plain_text(path, u64::MAX).map_err(fail)?;
         }
-        // The rows that are there are read and those that follow are written by one sweep.
+        // The file is locked before existing rows are read, so that no other sweep appends rows in the meantime.
         let file = OpenOptions::new().create(true).append(true).open(path).map_err(fail)?;
         if let Err(TryLockError::WouldBlock) = file.try_lock() {
             return Err(Error::new("E105", format!("{}: another sweep is writing this file", path.display()))
@@ -145,7 +155,7 @@ impl Output {
                 .help("with `--shard`, give each its own `--output`"));
         }
         let text = read_plain_text(path, u64::MAX).map_err(fail)?;
-        // A run that was ended may have written part of its last line.
+        // A sweep that was killed may have left an incomplete last line.
         let whole = text.rfind('\n').map_or(0, |end| end + 1);
         let mut done = std::collections::BTreeSet::new();
         for (n, line) in text[..whole].lines().enumerate() {
@@ -173,7 +183,7 @@ impl Output {
     fn write(&mut self, row: &Value) -> Result {
         match &mut self.file {
             None => report::out!("{row}"),
-            // Each row is written at once, so that little is lost if the run is ended.
+            // Each row is written immediately, so that little is lost if the sweep is killed.
             Some((file, path)) => writeln!(file, "{row}")
                 .and_then(|()| file.flush())
                 .map_err(|e| Error::new("E105", format!("cannot write {}: {e}", path.display())))?,

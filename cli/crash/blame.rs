@@ -49,7 +49,7 @@ pub fn of_crash(crash: &Crash) -> String {
         return format!("the program was ended from outside: {who} sent {signal}{during}");
     }
     if crash.signal == libc::SIGXCPU {
-        return "the program has used the processor time that the system allows it (SIGXCPU, `ulimit -t`)".to_owned();
+        return "the program has used up the processor time that the system allows (SIGXCPU, `ulimit -t`)".to_owned();
     }
     let timers = [libc::SIGALRM, libc::SIGVTALRM, libc::SIGPROF, libc::SIGIO];
     if timers.contains(&crash.signal) {
@@ -77,9 +77,10 @@ pub fn of_exit(call: Option<&Stuck>, thread: i32) -> String {
     format!("exit() was called {place}: the program ends here")
 }
 
-/// Returns the message about file descriptors of the program that were closed.
+/// Returns the message about a plugin that closed file descriptors of the program.
 pub fn of_closed(call: Option<&Stuck>) -> String {
-    let place = call.map_or("by a thread of a plugin's own, or by a plugin's call that is over".to_owned(), place);
+    let place =
+        call.map_or("by a thread that a plugin started, or by a plugin call that has returned".to_owned(), place);
     format!("file descriptors of the program were closed {place}: its output may be incomplete")
 }
 

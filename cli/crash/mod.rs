@@ -79,7 +79,7 @@ static TOLD: AtomicBool = AtomicBool::new(false);
 // Data recorded by the handler.
 static SIGNAL: AtomicI32 = AtomicI32::new(0);
 static THREAD: AtomicI32 = AtomicI32::new(0);
-/// The process that sent the signal, if another one did.
+/// Id of the process that sent the signal, if another process did.
 static SENDER: AtomicI32 = AtomicI32::new(0);
 static AT: AtomicPtr<Watch> = AtomicPtr::new(std::ptr::null_mut());
 /// The address that could not be accessed, the instruction pointer, and the stack pointer.
@@ -91,13 +91,13 @@ static NOTED: AtomicBool = AtomicBool::new(false);
 /// The crashed instruction and its callers.
 static CALLERS: [AtomicUsize; FRAMES] = [const { AtomicUsize::new(0) }; FRAMES];
 
-/// Returns the number of the calling thread. Safe in a signal handler. glibc has the function `gettid` only since 2.30.
+/// Returns the id of the calling thread. Safe in a signal handler. glibc provides `gettid` only since version 2.30.
 fn thread_id() -> c_int {
     // SAFETY: the system call has no preconditions; thread numbers are as large as `c_int`.
     unsafe { libc::syscall(libc::SYS_gettid) as c_int }
 }
 
-/// Installs the handlers. If that fails, crashes are only not reported.
+/// Installs the handlers. If that fails, crashes are not reported, which is the only consequence.
 pub fn listen() {
     let mut ends = [0; 2];
     // SAFETY: `ends` has room for the two file descriptors that `pipe2` writes.
@@ -147,7 +147,7 @@ unsafe extern "C" {
     fn backtrace(frames: *mut *mut c_void, n: c_int) -> c_int;
 }
 
-/// Creates an alternate signal stack for this thread, if the standard library has not.
+/// Creates an alternate signal stack for this thread, if the standard library has not done so.
 fn give_stack() {
     // SAFETY: the first call only reads into `now`; the new stack is leaked memory of the stated size, so it stays
     // valid.
@@ -367,7 +367,7 @@ pub fn end(code: ExitCode) -> ExitCode {
         write_line(&format!("error[{}]: {text}\n", Fault::new(FaultKind::Stuck, "").code));
         leave(if failed { 2 } else { 1 });
     };
-    // If no thread can be started, there is only no time limit.
+    // If the thread cannot be started, there is no time limit.
     let _ = std::thread::Builder::new().name("ending".into()).spawn(late);
     code
 }

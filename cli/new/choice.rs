@@ -1,16 +1,16 @@
-//! What can be made: names, languages and kinds, as the command line has them.
+//! Arguments of `tatu new`: names, languages and kinds.
 
 use std::path::PathBuf;
 
 use clap::ValueEnum;
 use tatu_core::errors::Error;
 
-/// What is to be made, and where.
+/// The name of the new folder, and where to create it.
 #[derive(clap::Args)]
 pub struct Named {
-    /// Its name, of lower-case letters, digits and `_`; the folder is called so.
+    /// Name of the new item and of its folder: lower-case letters, digits and `_`.
     pub name: String,
-    /// The folder in which it is made [default: the working folder].
+    /// The folder in which the new folder is created [default: the working folder].
     #[arg(long, value_name = "DIR", default_value = ".")]
     pub to: PathBuf,
 }
@@ -19,15 +19,15 @@ pub struct Named {
 pub struct Plugin {
     #[command(flatten)]
     pub named: Named,
-    /// The language that it is written in.
+    /// Programming language of the plugin.
     #[arg(long, value_enum)]
     pub lang: Lang,
-    /// What it offers.
+    /// What the plugin provides.
     #[arg(long, value_enum, default_value = "command")]
     pub kind: Kind,
 }
 
-/// A language of plugins.
+/// A programming language for which there are plugin templates.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum Lang {
     C,
@@ -35,7 +35,7 @@ pub enum Lang {
     Rust,
 }
 
-/// What a plugin offers.
+/// The type of extension that a plugin provides.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum Kind {
     /// Functions for scripts, remote clients and other plugins.
@@ -44,22 +44,22 @@ pub enum Kind {
     Sensor,
     /// A kind of actuator.
     Actuator,
-    /// A robot, or another thing built of objects.
+    /// A robot or another subtree of objects.
     Model,
     /// A file format.
     Importer,
-    /// What runs beside worlds: a remote API, a bridge, a view.
+    /// A component that runs alongside worlds: a remote API, a bridge, a view.
     Service,
     /// A script language.
     Script,
 }
 
-/// A value as the command line and `tatu.toml` have it.
+/// Returns the spelling of a value on the command line and in `tatu.toml`.
 pub fn word(value: impl ValueEnum) -> String {
     value.to_possible_value().map(|v| v.get_name().to_owned()).unwrap_or_default()
 }
 
-/// Why nothing was made.
+/// Creates the error for a folder that was not created.
 pub fn refused(text: impl Into<String>) -> Error {
     Error::new("E610", text)
 }

@@ -1,4 +1,4 @@
-//! The files of a folder that is made: written only where nothing is.
+//! Collects and writes the files of a new folder; never overwrites anything.
 
 use std::{
     fs,
@@ -14,7 +14,7 @@ use super::{
 };
 use crate::report;
 
-/// The files of one folder, by their paths in it.
+/// The files of a new folder, each with its path relative to it.
 pub struct Files {
     folder: PathBuf,
     name: String,
@@ -22,29 +22,29 @@ pub struct Files {
 }
 
 impl Files {
-    /// For a folder `name` in another; refused if there is such a thing.
+    /// Creates an empty list of files. Fails with E610 if the name is invalid, or if the folder already exists.
     pub fn new(named: &Named) -> Result<Self> {
         name::check(&named.name)?;
         let folder = named.to.join(&named.name);
         if folder.symlink_metadata().is_ok() {
-            return Err(refused(format!("{} is there already", folder.display()))
-                .help("choose another name, or another folder by `--to DIR`; nothing was changed"));
+            return Err(refused(format!("{} already exists", folder.display()))
+                .help("choose another name, or another folder with `--to DIR`; nothing was changed"));
         }
         Ok(Files { folder, name: named.name.clone(), all: Vec::new() })
     }
-    /// Its name.
+    /// Returns the name of the new folder.
     pub fn name(&self) -> &str {
         &self.name
     }
-    /// A file of a template, with the name in place of the template's own, in its path and its text.
+    /// Adds a file of a template, replacing the template's name `own` in its path and its text.
     pub fn put(&mut self, path: &str, text: &str, own: &str) {
         self.add(&name::put(path, own, &self.name), &name::put(text, own, &self.name));
     }
-    /// A file as it is.
+    /// Adds a file without any replacement.
     pub fn add(&mut self, path: &str, text: &str) {
         self.all.push((path.to_owned(), text.to_owned()));
     }
-    /// Writes all, and prints what to do next.
+    /// Writes all files, and prints the commands `next` for the user to run.
     pub fn write(self, next: &[String]) -> Result {
         for (path, text) in &self.all {
             write_new(&self.folder.join(path), text)?;
@@ -58,13 +58,13 @@ impl Files {
         }
         Ok(())
     }
-    /// The folder, for command lines.
+    /// Returns the path of the folder for display in command lines.
     pub fn shown(&self) -> String {
         self.folder.strip_prefix(".").unwrap_or(&self.folder).display().to_string()
     }
 }
 
-/// Writes a file that is not there yet, and the folders above it.
+/// Creates a file, which must not exist yet, and its parent folders.
 fn write_new(file: &Path, text: &str) -> Result {
     let written = file.parent().map_or(Ok(()), fs::create_dir_all).and_then(|()| {
         let mut new = fs::OpenOptions::new().write(true).create_new(true).open(file)?;

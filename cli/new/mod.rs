@@ -1,10 +1,10 @@
-//! `tatu new`: folders to begin with.
+//! `tatu new`: creates folders from templates.
 //!
-//! - `choice`: what can be made;
-//! - `name`: which names are taken, and how they get into the files;
-//! - `files`: the files of a folder, written only where nothing is;
-//! - `sdk`: what plugins are built with, and the templates, embedded in the program;
-//! - `plugin`: the folder of a plugin; `others`: of an add-on, a scene, a robot.
+//! - `choice`: the arguments;
+//! - `name`: validates names, and inserts them into templates;
+//! - `files`: writes the files of a folder without overwriting anything;
+//! - `sdk`: the SDK for plugins and the templates, embedded in the program;
+//! - `plugin`: creates the folder of a plugin; `others`: that of an add-on, a scene or a robot.
 
 mod choice;
 mod files;
@@ -32,11 +32,11 @@ pub struct New {
 enum What {
     /// A plugin: source, build description, headers, and a scene that checks it.
     Plugin(Plugin),
-    /// An add-on: a script that any run can start beside its scene.
+    /// An add-on: a script that can be started in addition to any scene.
     Addon(Named),
     /// A scene with a robot and its script.
     Scene(Named),
-    /// A robot without code: a folder that scenes use as a model, and scenes that do so.
+    /// A robot without code: a model folder, and scenes that use it.
     Robot(Named),
 }
 

@@ -1,10 +1,10 @@
-//! Names of what is made: which are taken, and how they get into the templates.
+//! Validates names of new items, and inserts them into templates.
 
 use tatu_core::errors::Result;
 
 use super::choice::refused;
 
-/// Words that scripts cannot call anything: Lua's own, and the names of tables that every script has.
+/// Names that scripts cannot redefine: Lua's keywords, and tables that exist in every script.
 #[rustfmt::skip]
 const TAKEN: [&str; 36] = [
     "and", "break", "do", "else", "elseif", "end", "false", "for", "function", "goto", "if", "in", "local", "nil", "not",
@@ -12,16 +12,16 @@ const TAKEN: [&str; 36] = [
     "bit32", "coroutine", "debug", "io", "math", "os", "package", "sim", "simui", "socket", "string", "table", "tatu",
     "utf8",
 ];
-/// Longer ones make no good file names.
+/// Maximum length of a name, in characters, because it becomes part of file names.
 const LONGEST: usize = 40;
 
-/// Checks a name.
+/// Checks a name. Fails with E610 if it is invalid, too long or reserved.
 pub fn check(name: &str) -> Result {
     let good = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '_';
     let starts = name.chars().next().is_some_and(|c| c.is_ascii_lowercase());
     let expected = "a letter, then letters, digits and `_`, all lower-case";
     if !starts || !name.chars().all(good) {
-        let error = refused(format!("`{name}` cannot be a name")).expected(expected);
+        let error = refused(format!("`{name}` is not a valid name")).expected(expected);
         let better = better(name);
         return Err(match better.is_empty() {
             true => error,
@@ -34,13 +34,13 @@ pub fn check(name: &str) -> Result {
         );
     }
     if TAKEN.contains(&name) {
-        return Err(refused(format!("`{name}` is a word that scripts already have"))
+        return Err(refused(format!("the name `{name}` is reserved in scripts"))
             .help(format!("try another, such as `my_{name}`")));
     }
     Ok(())
 }
 
-/// The name that was probably meant; empty: none.
+/// Returns the valid name that was probably intended, or an empty string if there is none.
 fn better(name: &str) -> String {
     let mut out = String::new();
     for c in name.chars() {
@@ -59,12 +59,12 @@ fn better(name: &str) -> String {
     out.trim_start_matches(|c: char| !c.is_ascii_lowercase()).trim_end_matches('_').to_owned()
 }
 
-/// A text of a template with the name in place of the template's own.
+/// Replaces the template's name `own` in a text by `name`, in snake case and in camel case.
 pub fn put(text: &str, own: &str, name: &str) -> String {
     text.replace(own, name).replace(&camel(own), &camel(name))
 }
 
-/// `my_robot` as `MyRobot`.
+/// Converts snake case to camel case: `my_robot` to `MyRobot`.
 fn camel(name: &str) -> String {
     let word = |w: &str| w[..1].to_ascii_uppercase() + &w[1..];
     name.split('_').filter(|w| !w.is_empty()).map(word).collect()

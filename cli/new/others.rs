@@ -1,4 +1,4 @@
-//! `tatu new addon`, `scene`, `robot`: what needs no compiler.
+//! `tatu new addon`, `scene`, `robot`: folders without code to compile.
 
 use tatu_core::errors::Result;
 

@@ -1,4 +1,4 @@
-//! `tatu new plugin`: a plugin's folder.
+//! `tatu new plugin`: creates the folder of a plugin.
 
 use tatu_core::errors::Result;
 
@@ -8,7 +8,7 @@ use super::{
     sdk,
 };
 
-/// The name that templates of plugins have.
+/// The name used in plugin templates, which the plugin's name replaces.
 const OWN: &str = "my_plugin";
 
 pub fn plugin(args: &Plugin) -> Result {
@@ -18,7 +18,7 @@ pub fn plugin(args: &Plugin) -> Result {
     if sdk::template(&folder).next().is_none() {
         return Err(refused(format!("there is no template for a {} in C++", word(kind)))
             .expected("`command` or `sensor` in C++; all kinds in C and Rust")
-            .help("make it in C, `--lang c`; or write its tables in C++ beside commands: see `other_extension` in tatu/plugin.hpp"));
+            .help("use C (`--lang c`), or add its tables to a C++ command plugin: see `other_extension` in tatu/plugin.hpp"));
     }
     for (path, text) in sdk::template(&folder) {
         files.put(path, text, OWN);
@@ -42,7 +42,7 @@ pub fn plugin(args: &Plugin) -> Result {
     files.write(&[format!("tatu plugin run {folder}"), format!("change {folder}/{source}, and run it again")])
 }
 
-/// The file that an author changes.
+/// Returns the source file that contains the plugin's code.
 fn source(lang: Lang) -> &'static str {
     match lang {
         Lang::C => "my_plugin.c",

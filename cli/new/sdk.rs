@@ -1,13 +1,13 @@
-//! What plugins are built with, and the templates: files of this repository, embedded by build.rs.
+//! The SDK for plugins and the templates: files of this repository, embedded by build.rs.
 
 use super::choice::Lang;
 
 include!(concat!(env!("OUT_DIR"), "/embedded.rs"));
 
-/// The version of what is embedded.
+/// The version of Tatu from which the embedded files are.
 pub const VERSION: &str = env!("CARGO_PKG_VERSION");
 
-/// The files of a template's folder.
+/// Returns the files of a template, as path in its folder and text.
 pub fn template(folder: &str) -> impl Iterator<Item = (&'static str, &'static str)> {
     let of = move |(path, text): &(&'static str, &'static str)| {
         let name = path.split_once('/').filter(|(f, _)| *f == folder)?.1;
@@ -16,12 +16,12 @@ pub fn template(folder: &str) -> impl Iterator<Item = (&'static str, &'static st
     TEMPLATES.iter().filter_map(of)
 }
 
-/// A file of the folder `project`.
+/// Returns the text of a file in the template folder `project`, or an empty string.
 pub fn common(name: &str) -> &'static str {
     template("project").find(|(n, _)| *n == name).map_or("", |(_, text)| text)
 }
 
-/// The folder `sdk` of a project, by paths in the project.
+/// Returns the files of a project's folder `sdk`, as path in the project and text.
 pub fn files(lang: Lang) -> Vec<(String, String)> {
     let headers = HEADERS.iter().map(|(path, text)| (format!("sdk/include/{path}"), (*text).to_owned()));
     let mut all: Vec<_> = headers.collect();

@@ -77,11 +77,11 @@ fn elsewhere(file: &Path, folders: &[Folder]) -> Reason {
     let help = find_it(folder, file);
     match built {
         Some(_) => {
-            let text = "it is in the folder where cargo builds the program, in which only the plugins of its own \
-                        manifest are opened";
+            let text = "it is in cargo's build folder of the program, from which only the plugins of its own manifest \
+                        are loaded";
             Reason::new("not-built-in", text, help)
         }
-        None => Reason::new("other-folder", "it is in none of the folders that are searched", help),
+        None => Reason::new("other-folder", "it is not in any of the folders that are searched", help),
     }
 }
 

@@ -60,11 +60,15 @@ pub fn unpack(file: &Path, format: Format, into: &Path) -> Result<Vec<Unpacked>,
 }
 
 fn damaged(e: &dyn std::fmt::Display) -> Reason {
-    Reason::new("damaged-archive", format!("it cannot be unpacked: {e}"), "it may be cut off or damaged: get it again")
+    Reason::new(
+        "damaged-archive",
+        format!("it cannot be unpacked: {e}"),
+        "it may be truncated or damaged: download or copy it again",
+    )
 }
 
 fn too_large() -> Reason {
-    let text = format!("it comes to more than {} MiB or {MOST_ENTRIES} files", MOST_BYTES >> 20);
+    let text = format!("it unpacks to more than {} MiB or {MOST_ENTRIES} files", MOST_BYTES >> 20);
     Reason::new("too-large", text, "pack only the library of the plugin")
 }
 
@@ -122,12 +126,12 @@ impl Target<'_> {
     }
 }
 
-/// Returns why a name in an archive could refer to a place outside of the target folder.
+/// Returns why a name in an archive could refer to a path outside of the target folder.
 fn leads_out(name: &[u8]) -> Option<&'static str> {
     let mut parts = name.split(|b| matches!(b, b'/' | b'\\'));
     let drive = matches!(name, [letter, b':', ..] if letter.is_ascii_alphabetic());
     match name {
-        [] => Some("a file without a name"),
+        [] => Some("a file with an empty name"),
         [b'/' | b'\\', ..] => Some("an absolute path"),
         _ if drive => Some("a path with a drive"),
         _ if name.contains(&0) => Some("a name with a NUL byte"),

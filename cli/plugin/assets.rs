@@ -1,11 +1,11 @@
-//! The folder of a plugin's assets, beside its library.
+//! Copies and removes a plugin's folder of assets, which is next to its library.
 
 use std::{fs, io, path::Path};
 
 /// Maximum nesting depth of a folder of assets. A link to a folder above would nest endlessly.
 const DEEPEST: usize = 16;
 
-/// Replaces the folder `to` by a copy of the folder `from`, which is complete before it gets its name.
+/// Replaces the folder `to` by a copy of the folder `from`. The copy is made under a temporary name and then renamed.
 pub fn replace(from: &Path, to: &Path) -> io::Result<()> {
     let parent = to.parent().unwrap_or(Path::new("."));
     let new = tempfile::Builder::new().prefix(".tatu-").tempdir_in(parent)?;
@@ -31,7 +31,7 @@ pub fn remove(folder: &Path) -> io::Result<()> {
 /// Copies the files and folders of a folder; anything else, such as a pipe, is an error.
 fn copy(from: &Path, to: &Path, depth: usize) -> io::Result<()> {
     if depth == 0 {
-        return Err(io::Error::other(format!("folders nest more than {DEEPEST} deep")));
+        return Err(io::Error::other(format!("folders are nested more than {DEEPEST} levels deep")));
     }
     for entry in fs::read_dir(from)? {
         let (path, name) = entry.map(|e| (e.path(), e.file_name()))?;

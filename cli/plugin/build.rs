@@ -1,4 +1,4 @@
-//! `tatu plugin build`: the library of a plugin, by the compiler of its language.
+//! `tatu plugin build`: compiles the library of a plugin.
 
 use std::{
     ffi::OsString,
@@ -23,7 +23,7 @@ pub struct Build {
     pub folder: PathBuf,
 }
 
-/// Exit code 0, or 1 if the compiler failed, with its own words before it.
+/// Runs the command. The exit code is 0, or 1 if the compiler failed, whose messages are passed through.
 pub fn build(args: &Build) -> Result<ExitCode> {
     let project = Project::open(&args.folder)?;
     Ok(match make(&project)? {
@@ -32,10 +32,10 @@ pub fn build(args: &Build) -> Result<ExitCode> {
     })
 }
 
-/// Builds the library; whether the compiler could.
+/// Builds the library; returns whether the compiler succeeded.
 pub fn make(project: &Project) -> Result<bool> {
     fs::create_dir_all(project.build())
-        .map_err(|e| failed(format!("cannot make {}: {e}", project.build().display())))?;
+        .map_err(|e| failed(format!("cannot create {}: {e}", project.build().display())))?;
     let built = match project.lang {
         Lang::C | Lang::Cpp => compile(project)?,
         Lang::Rust => cargo(project)?,
@@ -47,7 +47,7 @@ pub fn make(project: &Project) -> Result<bool> {
     Ok(built)
 }
 
-/// All sources of the folder in one call of the compiler, which is what the variables CC or CXX say.
+/// Compiles all sources of the folder in one call of the compiler, which the variables CC and CXX can set.
 fn compile(project: &Project) -> Result<bool> {
     let (variable, default, suffixes, standard): (_, _, &[&str], _) = match project.lang {
         Lang::C => ("CC", "cc", &["c"], "-std=c11"),
@@ -63,7 +63,7 @@ fn compile(project: &Project) -> Result<bool> {
         command.args(["-fPIC", "-fvisibility=hidden"]);
     }
     command.arg("-I").arg(project.folder.join("sdk/include"));
-    // Written beside the old one, which a running program may have open.
+    // The old library is replaced by a rename, because a running program may have it open.
     let new = project.build().join("new");
     command.arg("-o").arg(&new).args(sources);
     if cfg!(target_os = "linux") {
@@ -76,9 +76,9 @@ fn compile(project: &Project) -> Result<bool> {
     Ok(built)
 }
 
-/// `cargo build --release`, and its library taken over.
+/// Runs `cargo build --release`, and copies the library to the project's folder `build`.
 fn cargo(project: &Project) -> Result<bool> {
-    // Where the environment names a folder, it is cargo's.
+    // A target folder set in the environment takes precedence.
     let target = std::env::var_os("CARGO_TARGET_DIR").map_or_else(|| project.folder.join("target"), PathBuf::from);
     let cargo = std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
     let mut command = Command::new(&cargo);
@@ -89,7 +89,7 @@ fn cargo(project: &Project) -> Result<bool> {
         let made = target.join("release").join(project.library_name());
         let new = project.build().join("new");
         fs::copy(&made, &new).map_err(|e| {
-            failed(format!("cannot take over {}: {e}", made.display())).help(format!(
+            failed(format!("cannot copy {}: {e}", made.display())).help(format!(
                 "is the package in Cargo.toml called `tatu-{}`, and its crate-type \"cdylib\"?",
                 project.name
             ))
@@ -99,10 +99,10 @@ fn cargo(project: &Project) -> Result<bool> {
     Ok(built)
 }
 
-/// The sources in a folder, in order of their names.
+/// Returns the sources in a folder, in order of their names.
 fn sources(folder: &Path, suffixes: &[&str]) -> Result<Vec<PathBuf>> {
     let read = fs::read_dir(folder).map_err(|e| failed(format!("cannot read {}: {e}", folder.display())))?;
-    // Editors and systems leave hidden files beside sources.
+    // Hidden files are skipped: editors and file managers create them next to sources.
     let hidden = |p: &PathBuf| p.file_name().is_some_and(|n| n.to_string_lossy().starts_with('.'));
     let is_source =
         |p: &PathBuf| p.extension().is_some_and(|e| suffixes.iter().any(|s| e == *s)) && p.is_file() && !hidden(p);
@@ -115,14 +115,14 @@ fn sources(folder: &Path, suffixes: &[&str]) -> Result<Vec<PathBuf>> {
     Ok(all)
 }
 
-/// What to say where a compiler is missing.
+/// Data for the error about a missing compiler.
 struct Missing<'a> {
     program: &'a OsString,
     variable: &'a str,
     needs: &'a str,
 }
 
-/// Runs a compiler, whose output goes where ours does; whether it succeeded.
+/// Runs a compiler with inherited standard streams; returns whether it succeeded.
 fn run(command: &mut Command, missing: &Missing<'_>) -> Result<bool> {
     let shown: Vec<_> = command.get_args().map(|a| a.to_string_lossy().into_owned()).collect();
     report::err!("{} {}", missing.program.display(), shown.join(" "));
@@ -130,7 +130,7 @@ fn run(command: &mut Command, missing: &Missing<'_>) -> Result<bool> {
         Ok(status) => Ok(status.success()),
         Err(e) if e.kind() == ErrorKind::NotFound => {
             Err(failed(format!("there is no `{}`", missing.program.display())).help(format!(
-                "install {}, or name the one that you have in the environment variable {}",
+                "install {}, or set the environment variable {} to the one that you have",
                 missing.needs, missing.variable
             )))
         }
@@ -138,7 +138,7 @@ fn run(command: &mut Command, missing: &Missing<'_>) -> Result<bool> {
     }
 }
 
-/// The words of an environment variable.
+/// Splits the value of an environment variable at white space.
 fn words(variable: &str) -> Option<Vec<OsString>> {
     let text = std::env::var(variable).ok()?;
     Some(text.split_whitespace().map(OsString::from).collect())
@@ -148,7 +148,7 @@ fn put(new: &Path, library: &Path) -> Result {
     fs::rename(new, library).map_err(|e| failed(format!("cannot write {}: {e}", library.display())))
 }
 
-/// Puts the project's folder `assets/` beside its library, where the plugin finds it.
+/// Copies the project's folder `assets/` next to its library, where the plugin looks for it.
 fn put_assets(project: &Project) -> Result {
     let from = project.folder.join("assets");
     match assets_folder(&project.library()) {

@@ -227,11 +227,11 @@ fn no_entry(elf: &Elf) -> Option<Reason> {
             EXPORT,
         ),
         Entry::Mangled(name) => (
-            format!("it exports no `{SYMBOL}`: C++ has made `{name}` of the name, since `extern \"C\"` is missing"),
+            format!("it exports no `{SYMBOL}`: C++ has mangled the name to `{name}`, since `extern \"C\"` is missing"),
             "include tatu.h before it is defined, or write `extern \"C\" TATU_EXPORT const tatu_plugin_t tatu_plugin`",
         ),
         Entry::Function => {
-            (format!("its `{SYMBOL}` is a function, and should be a constant of the type `tatu_plugin_t`"), EXPORT)
+            (format!("its `{SYMBOL}` is a function, but must be a constant of the type `tatu_plugin_t`"), EXPORT)
         }
         Entry::Used => {
             (format!("it uses `{SYMBOL}`, but does not define it"), "compile the file that defines it into the library")
@@ -255,11 +255,11 @@ fn absent(elf: &Elf) -> Reason {
     }
     if let Some(near) = nearest(SYMBOL, names.iter().copied()) {
         let text = format!("it exports no `{SYMBOL}`, but `{near}`");
-        return Reason::new("no-entry", text, format!("call the constant `{SYMBOL}`"));
+        return Reason::new("no-entry", text, format!("rename the constant to `{SYMBOL}`"));
     }
     let text = match names.as_slice() {
         [] => format!("it exports nothing, and so no `{SYMBOL}`"),
-        names => format!("it exports no `{SYMBOL}`; what it exports is {}", some(names, 3)),
+        names => format!("it exports no `{SYMBOL}`, but {}", some(names, 3)),
     };
     let help = "a plugin exports a `tatu_plugin_t` of that name: compile the file that defines it into the library; \
                 in C++ include tatu.h before defining it";
@@ -271,7 +271,11 @@ fn unusable(d: &Descriptor) -> Option<Reason> {
     if d.size < 8 {
         let what = if d.size == 0 { "empty" } else { "too short" };
         let text = format!("its descriptor `{SYMBOL}` is {what}: its `size` is {} bytes", d.size);
-        return Some(Reason::new("incomplete", text, "set `size` to sizeof(tatu_plugin_t), and fill what is required"));
+        return Some(Reason::new(
+            "incomplete",
+            text,
+            "set `size` to sizeof(tatu_plugin_t), and fill in all required fields",
+        ));
     }
     (d.abi.0 != TATU_ABI_MAJOR).then(|| {
         let (major, minor) = d.abi;

@@ -33,7 +33,7 @@ pub fn links(file: &Path) -> (Vec<PathBuf>, Option<Reason>) {
         let Ok(to) = fs::read_link(&at) else { return (chain, None) };
         let to = at.parent().map_or(to.clone(), |folder| folder.join(&to));
         if to == *file || chain.contains(&to) || chain.len() >= MOST_LINKS {
-            let text = format!("it is a link that leads back to itself by way of {}", at.display());
+            let text = format!("it is a link that leads back to itself via {}", at.display());
             chain.push(to);
             return (chain, Some(Reason::new("link-loop", text, "remove the links, and copy the library there")));
         }
@@ -150,7 +150,7 @@ fn format_of(bytes: &[u8], file: &Path) -> Option<Reason> {
         _ => {
             return Some(Reason::new(
                 "not-a-library",
-                "it is not a library: its first bytes are those of no format",
+                "it is not a library: its first bytes match no known format",
                 AGAIN,
             ));
         }

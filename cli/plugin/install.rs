@@ -93,7 +93,7 @@ fn unwritten(file: &Path, e: &io::Error) -> Error {
         .help("does the folder exist, and is it writable?")
 }
 
-/// A library that is to be installed.
+/// A library to be installed.
 struct Library {
     file: PathBuf,
     /// Its name in messages.
@@ -170,7 +170,7 @@ fn library(source: &Path) -> Result<Library> {
 /// Copies a library into the folder, tries it there, and renames it to its final name.
 fn put(library: &Library, name: &str, force: bool, folder: &Path, examiner: &mut Examiner) -> Result<String> {
     let copy = staged(&library.file, folder)?;
-    // They lie beside the copy while it is tried, under a name of its own, too.
+    // While the copy is tried, its assets must be next to it, under the name that belongs to the copy.
     let assets = StagedAssets::new(&library.file, &copy)?;
     let examined = examiner.examine(&copy);
     if let Some(reason) = examined.reason.clone().or_else(|| examined.useless()) {
@@ -205,7 +205,7 @@ fn put(library: &Library, name: &str, force: bool, folder: &Path, examiner: &mut
 struct StagedAssets(Option<PathBuf>);
 
 impl StagedAssets {
-    /// Copies the folder beside a library, if there is one, to its place beside the staged copy.
+    /// Copies a library's folder of assets, if there is one, next to the staged copy of the library.
     fn new(library: &Path, staged: &Path) -> Result<Self> {
         let (Some(from), Some(to)) = (assets_folder(library), assets_folder(staged)) else {
             return Ok(StagedAssets(None));
@@ -216,7 +216,7 @@ impl StagedAssets {
         assets::replace(&from, &to).map_err(|e| unwritten(&to, &e))?;
         Ok(StagedAssets(Some(to)))
     }
-    /// Moves the folder to its place beside the installed library, in place of an older one.
+    /// Moves the folder next to the installed library, replacing an older one.
     fn persist(mut self, target: &Path) -> Result {
         let Some(to) = assets_folder(target) else { return Ok(()) };
         let moved = assets::remove(&to).and_then(|()| match self.0.take() {
@@ -297,7 +297,7 @@ fn replaceable(
     let in_the_way = all.iter().find(|(f, other)| same_entry(f, target) && other.id().as_deref() != Some(id));
     let version = |e: &Examined| e.version().unwrap_or_default();
     if let Some((file, other)) = in_the_way {
-        let error = |text: String| Error::new("E331", format!("{} is in the way: {text}", file.display()));
+        let error = |text: String| Error::new("E331", format!("{} already exists: {text}", file.display()));
         return match other.id() {
             Some(other) => Err(error(format!("it is the plugin `{other}`"))
                 .help(format!("rename your library, or remove that plugin: `tatu plugin install --remove {other}`"))),

@@ -62,7 +62,7 @@ pub fn list(args: &List) -> ExitCode {
 
 fn rows(folders: &[Folder], examiner: &mut Examiner) -> Vec<Value> {
     let mut rows = Vec::new();
-    // The file that is loaded for each id.
+    // Maps each id to the file that is loaded.
     let mut loaded: BTreeMap<String, PathBuf> = BTreeMap::new();
     for folder in folders {
         for file in &folder.candidates {

@@ -47,10 +47,10 @@ pub enum PluginCommand {
     Watch(watch::Watch),
     /// Build a project, and run its tests, each in its own process.
     Test(test::Test),
-    /// Run one test: what `test` starts.
+    /// Run one test; used by `test` for its child processes.
     #[command(hide = true)]
     RunTest(test::RunTest),
-    /// Replace the headers and the crate in `sdk` by those of this program.
+    /// Replace the headers and the crate in `sdk` with those of this program.
     UpdateSdk(update_sdk::UpdateSdk),
     /// Test a plugin against the rules of the ABI.
     Check(check::Check),

@@ -117,15 +117,20 @@ fn offers(r: &Registry) -> Vec<(String, usize)> {
 /// Tries a file; returns what it offers, or why it cannot be loaded.
 pub fn probe(file: &Path, limit: f64) -> Result<Report, Reason> {
     let untried = |what: &str, e: std::io::Error| {
-        Reason::new("untried", format!("it cannot be tried: {what}: {e}"), "free some memory and space, and try again")
+        Reason::new(
+            "untried",
+            format!("it cannot be tested: {what}: {e}"),
+            "free some memory and disk space, and try again",
+        )
     };
     // The loader would search a name without a folder in the system's folders.
     let file = std::path::absolute(file).map_err(|e| untried("the working folder no longer exists", e))?;
-    let mut command = restart_command().map_err(|e| untried("this program does not know its own file", e))?;
+    let mut command = restart_command().map_err(|e| untried("the path of this program is unknown", e))?;
     // Temporary files instead of pipes: a process that the plugin starts may keep a pipe open after the plugin's end.
-    let open = || tempfile::tempfile().map_err(|e| untried("no temporary file can be made", e));
+    let open = || tempfile::tempfile().map_err(|e| untried("no temporary file can be created", e));
     let (mut out, mut err) = (open()?, open()?);
-    let duplicate = |f: &File| f.try_clone().map(Stdio::from).map_err(|e| untried("no temporary file can be made", e));
+    let duplicate =
+        |f: &File| f.try_clone().map(Stdio::from).map_err(|e| untried("no temporary file can be created", e));
     let mut option = OsString::from("--probe=");
     option.push(&file);
     let mut child = command
@@ -136,7 +141,7 @@ pub fn probe(file: &Path, limit: f64) -> Result<Report, Reason> {
         .stderr(duplicate(&err)?)
         .spawn()
         .map_err(|e| untried("this program cannot be started again", e))?;
-    let ended = wait(&mut child, limit).map_err(|e| untried("its process is lost", e))?;
+    let ended = wait(&mut child, limit).map_err(|e| untried("cannot wait for its process", e))?;
     let (out, err) = (text(&mut out), text(&mut err));
     let said = out.lines().rev().find_map(|l| serde_json::from_str::<Report>(l).ok());
     match (said, ended) {

@@ -1,4 +1,4 @@
-//! The folder of a plugin: what its `tatu.toml` says.
+//! The folder of a plugin, and its settings in `tatu.toml`.
 
 use std::path::{Path, PathBuf};
 
@@ -11,29 +11,29 @@ use crate::{
     report,
 };
 
-/// The file in it that says what it is.
+/// Name of the file with a project's settings.
 pub const SETTINGS: &str = "tatu.toml";
 
-/// A plugin's folder.
+/// The folder of a plugin, created by `tatu new plugin`.
 pub struct Project {
-    /// The folder.
+    /// The path of the folder.
     pub folder: PathBuf,
-    /// Its name, also of the library.
+    /// The base name of the library: `hello` for `libtatu_hello.so`.
     pub name: String,
-    /// What it is written in.
+    /// The programming language of the plugin.
     pub lang: Lang,
-    /// The version of Tatu that its SDK is from.
+    /// The version of Tatu from which the SDK in the folder is.
     pub sdk: String,
 }
 
 impl Project {
-    /// Reads the settings of a folder.
+    /// Reads the settings of a folder. Fails with E611 if they are missing or invalid.
     pub fn open(folder: &Path) -> Result<Self> {
         let file = folder.join(SETTINGS);
         let text = read_plain_text(&file, MOST_BYTES).map_err(|e| {
             Error::new("E611", format!("{} is not the folder of a plugin: {e}", folder.display()))
                 .expected(format!("a file {SETTINGS}, as `tatu new plugin` writes it"))
-                .help("give the folder: `tatu plugin build FOLDER`; or make one: `tatu new plugin NAME --lang c --kind sensor`")
+                .help("give the folder: `tatu plugin build FOLDER`; or create one: `tatu new plugin NAME --lang c --kind sensor`")
         })?;
         let place = |line| Place { file: file.clone(), line, ..Place::default() };
         let wrong = |text: String| Error::new("E611", text).at(Some(place(0)));
@@ -43,12 +43,12 @@ impl Project {
         })?;
         let get = |key: &str| {
             let value = settings.get(key).and_then(toml_edit::Item::as_str).map(str::to_owned);
-            value.ok_or_else(|| wrong(format!("{SETTINGS} has no text `{key}`")))
+            value.ok_or_else(|| wrong(format!("{SETTINGS} has no string `{key}`")))
         };
         let (name, lang) = (get("name")?, get("lang")?);
-        // It becomes part of file names.
+        // The name becomes part of file names.
         if name.is_empty() || !name.chars().all(|c| c.is_ascii_alphanumeric() || c == '_') {
-            return Err(wrong(format!("`{name}` is no name")).expected("letters, digits and `_`"));
+            return Err(wrong(format!("`{name}` is not a valid name")).expected("letters, digits and `_`"));
         }
         let known: Vec<String> = Lang::value_variants().iter().map(|l| word(*l)).collect();
         let lang = Lang::from_str(&lang, false).map_err(|_| {
@@ -59,7 +59,7 @@ impl Project {
         let project = Project { folder: folder.to_owned(), name, lang, sdk: get("sdk")? };
         if project.sdk != sdk::VERSION {
             report::note(&format!(
-                "the SDK in {} is of Tatu {}, this is {}: `tatu plugin update-sdk` replaces it",
+                "the SDK in {} is from Tatu {}, and this is Tatu {}: `tatu plugin update-sdk` updates it",
                 folder.display(),
                 project.sdk,
                 sdk::VERSION
@@ -68,17 +68,17 @@ impl Project {
         Ok(project)
     }
 
-    /// The folder of the library.
+    /// Returns the folder in which the library is built.
     pub fn build(&self) -> PathBuf {
         self.folder.join("build")
     }
 
-    /// The library.
+    /// Returns the path of the library.
     pub fn library(&self) -> PathBuf {
         self.build().join(self.library_name())
     }
 
-    /// The name of its file.
+    /// Returns the file name of the library.
     pub fn library_name(&self) -> String {
         format!("{}tatu_{}{}", std::env::consts::DLL_PREFIX, self.name, std::env::consts::DLL_SUFFIX)
     }

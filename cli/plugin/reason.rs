@@ -9,7 +9,7 @@ use serde_json::{Value, json};
 pub struct Reason {
     /// A stable identifier for programs, such as `missing-library`.
     pub kind: &'static str,
-    /// What is wrong; the file is called "it".
+    /// Description of the problem; the file is referred to as "it".
     pub text: String,
     /// Advice to the user.
     pub help: String,

@@ -1,4 +1,4 @@
-//! `tatu plugin run`: a plugin in its own scene.
+//! `tatu plugin run`: builds a plugin, and runs the scene of its project.
 
 use std::{ffi::OsString, path::PathBuf, process::ExitCode};
 
@@ -12,12 +12,12 @@ pub struct Run {
     /// The plugin's folder.
     #[arg(default_value = ".")]
     pub folder: PathBuf,
-    /// More for `tatu run`, behind `--`: `-- --seconds 5 --trace run.jsonl`.
+    /// Further options for `tatu run`, after `--`: `-- --seconds 5 --trace run.jsonl`.
     #[arg(last = true, value_name = "OPTIONS", allow_hyphen_values = true)]
     pub options: Vec<OsString>,
 }
 
-/// The exit code of the run; 1 if the plugin could not be built.
+/// Builds and runs a project. Returns the exit code of the run, or 1 if the plugin could not be built.
 pub fn run(args: &Run) -> Result<ExitCode> {
     let project = Project::open(&args.folder)?;
     if !build::make(&project)? {
@@ -35,7 +35,7 @@ pub fn run(args: &Run) -> Result<ExitCode> {
     Ok(status.code().and_then(|c| u8::try_from(c).ok()).map_or(ExitCode::FAILURE, ExitCode::from))
 }
 
-/// Its folder, before those that the environment names.
+/// Returns TATU_PLUGIN_PATH with the project's build folder in front.
 pub fn path(project: &Project) -> OsString {
     let others = std::env::var_os("TATU_PLUGIN_PATH").unwrap_or_default();
     let all = [project.build()].into_iter().chain(std::env::split_paths(&others).filter(|p| !p.as_os_str().is_empty()));

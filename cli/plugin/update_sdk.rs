@@ -1,4 +1,4 @@
-//! `tatu plugin update-sdk`: the headers and the crate of this program in place of older ones.
+//! `tatu plugin update-sdk`: replaces the headers and the crate in a project with those of this program.
 
 use std::{
     fs,
@@ -18,11 +18,11 @@ pub struct UpdateSdk {
     pub folder: PathBuf,
 }
 
-/// Rewrites the folder `sdk` and the version in `tatu.toml`, and nothing else.
+/// Replaces the folder `sdk` and the version in `tatu.toml`; changes nothing else.
 pub fn update_sdk(args: &UpdateSdk) -> Result<ExitCode> {
     let project = Project::open(&args.folder)?;
     let old = project.folder.join("sdk");
-    // Written beside the old one, which is moved away only when the new one is complete.
+    // The old folder is moved away only when the new one is complete.
     let made = tempfile::Builder::new().prefix(".sdk-").tempdir_in(&project.folder).map_err(|e| failed(&old, &e))?;
     let (new, away) = (made.path().join("new"), made.path().join("old"));
     for (path, text) in sdk::files(project.lang) {
@@ -40,14 +40,14 @@ pub fn update_sdk(args: &UpdateSdk) -> Result<ExitCode> {
     let mut settings: toml_edit::DocumentMut =
         text.parse().map_err(|e| Error::new("E611", format!("{SETTINGS} cannot be read: {e}")))?;
     settings["sdk"] = toml_edit::value(sdk::VERSION);
-    // In place of the file, so that a link is not followed.
+    // A new file is renamed over the old one, so that a link is not followed.
     let text = settings.to_string();
     let written = tempfile::NamedTempFile::new_in(&project.folder).and_then(|mut new| {
         std::io::Write::write_all(&mut new, text.as_bytes())?;
         new.persist(&file).map_err(|e| e.error)
     });
     written.map_err(|e| failed(&file, &e))?;
-    report::out!("{}: Tatu {} in place of {}", old.display(), sdk::VERSION, project.sdk);
+    report::out!("{}: updated to Tatu {} (was {})", old.display(), sdk::VERSION, project.sdk);
     Ok(ExitCode::SUCCESS)
 }
 

@@ -1,4 +1,4 @@
-//! `tatu plugin watch`: builds a project at each save, while its scene runs and takes the new library with its state.
+//! `tatu plugin watch`: builds a project at each save; its running scene reloads the library and keeps its state.
 
 use std::{
     collections::BTreeMap,
@@ -26,16 +26,16 @@ pub struct Watch {
     pub options: Vec<OsString>,
 }
 
-/// Time between two looks at the sources.
+/// Interval at which the sources are checked for changes.
 const PAUSE: Duration = Duration::from_millis(150);
-/// An editor may write a file in several parts: a build begins this long after the last change.
+/// Delay from the last change to the build, because an editor may write a file in several parts.
 const SETTLED: Duration = Duration::from_millis(120);
 /// Folders of a project that hold no sources.
 const NO_SOURCES: [&str; 4] = ["build", "target", ".git", "node_modules"];
-/// How deep folders of sources may nest.
+/// Maximum nesting depth of folders with sources.
 const DEEPEST: u32 = 8;
 
-/// Builds, runs and watches until it is interrupted. A run that has ended begins again after the next change.
+/// Builds, runs and watches until the program is interrupted. A run that has ended is restarted after the next change.
 pub fn watch(args: &Watch) -> Result<ExitCode> {
     let project = Project::open(&args.folder)?;
     let mut seen = sources(&project.folder);
@@ -59,14 +59,14 @@ pub fn watch(args: &Watch) -> Result<ExitCode> {
             built = args.folder.join(super::project::SETTINGS).is_file() && make(&project);
             match (built, &running) {
                 (true, _) => report::err!("rebuilt in {:.1} s", begin.elapsed().as_secs_f64()),
-                (false, Some(_)) => report::err!("the build failed: the run goes on with the library built before"),
+                (false, Some(_)) => report::err!("the build failed: the run continues with the previous library"),
                 (false, None) => report::err!("the build failed: waiting for a change"),
             }
         }
     }
 }
 
-/// Builds; an error, such as a source that an editor has moved away for a moment, is a failed build.
+/// Builds the project. An error, such as a source that an editor has temporarily moved away, counts as a failed build.
 fn make(project: &Project) -> bool {
     build::make(project).unwrap_or_else(|e| {
         report::error(&e);
@@ -74,7 +74,7 @@ fn make(project: &Project) -> bool {
     })
 }
 
-/// A run, which ends with this program.
+/// The process of a run, which is killed when this is dropped.
 struct Running(Child);
 
 impl Drop for Running {
@@ -90,12 +90,13 @@ fn start(project: &Project, options: &[OsString]) -> Result<Child> {
     let mut command = restart_command().map_err(failed)?;
     command.arg("run").arg(project.folder.join("scene.toml")).arg("--reload");
     match options.is_empty() {
-        // As long as anybody wants to watch.
+        // Run until interrupted: there is no option for an unlimited run without a service.
         true => command.args(["--realtime", "--seconds", "1000000000"]),
         false => command.args(options),
     };
     #[cfg(target_os = "linux")]
-    // SAFETY: between fork and exec, a system call with numbers only: the run gets a signal when this program ends.
+    // SAFETY: between fork and exec, the closure only makes a system call with integer arguments, which requests a
+    // signal for the run when this program exits.
     unsafe {
         use std::os::unix::process::CommandExt;
         command.pre_exec(|| {
@@ -126,14 +127,14 @@ fn sources(folder: &Path) -> Seen {
     out
 }
 
-/// Returns whether a change of this file asks for a build. Scenes and scripts are reloaded by the run itself.
+/// Returns whether a change of this file requires a build. Scenes and scripts are reloaded by the run itself.
 fn is_source(file: &Path) -> bool {
     let suffix = file.extension().and_then(|e| e.to_str()).unwrap_or_default();
     let named = file.file_name().is_some_and(|n| n == "Cargo.toml" || n == "Makefile");
     named || ["c", "h", "cpp", "cc", "cxx", "hpp", "rs"].contains(&suffix)
 }
 
-/// Returns whether sources have changed since `seen`, once they have stopped to change; `seen` then holds them.
+/// Returns whether sources have changed since `seen`. If so, waits until they no longer change, and updates `seen`.
 fn settled(folder: &Path, seen: &mut Seen) -> bool {
     let mut now = sources(folder);
     if now == *seen {

@@ -27,7 +27,7 @@ pub struct Why {
     /// Seconds of real time after which a plugin that has not started is abandoned; 0: never.
     #[arg(long, value_name = "S", default_value_t = 10.0, value_parser = probe::limit)]
     pub watchdog: f64,
-    /// Load this file and nothing else, and print what became of it: the process that `why` starts.
+    /// Load only this file, and print the result; used by `why` for its child process.
     #[arg(long, hide = true, value_name = "FILE")]
     pub probe: Option<PathBuf>,
 }

@@ -1,4 +1,4 @@
-//! Writes down which plugin packages belong to the program, as the program's own build does.
+//! Passes the names of the plugin packages that belong to the program to the crate, as `TATU_BUILT_PLUGINS`.
 
 fn main() {
     let path = "../../Cargo.toml";

@@ -1,24 +1,24 @@
--- Follows the gap: steers to the deepest opening that the scanner sees and that is wide enough for the car. Reads the
--- scanner alone.
+-- Follow-the-gap controller: steers towards the deepest opening in the scan that is wide enough for the car. The laser
+-- scanner is its only input.
 
 local WHEELBASE = 0.3302        -- m
 local RADIUS = 0.05             -- m, of the wheels
 local STEER_LIMIT = 0.4189      -- rad
 local CRUISE = 3.0              -- m/s
-local CREEP = 0.6               -- m/s: the least speed ahead
+local CREEP = 0.6               -- m/s: the lowest forward speed
 local ACCELERATION = 2.5        -- m/s^2, also for braking: the limit of F1TENTH's driver
 local SIDE_ACCELERATION = 4.0   -- m/s^2 in bends, less than half of what the tyres hold
-local HALF_WIDTH = 0.28         -- m: half the width that the car needs; it is 0.31 m wide
-local FIELD = math.rad(80)      -- rad: it looks that far to either side
+local HALF_WIDTH = 0.28         -- m: half the width that the car needs; the car is 0.31 m wide
+local FIELD = math.rad(80)      -- rad: half the field of view that is evaluated
 local SCANNER_X = 0.265         -- m, ahead of the rear axle
-local LOOK_AHEAD = 1.5          -- m: it steers to a point that is at most that far
-local SIDE_TOUCH = 0.18         -- m, from the scanner to the side: nearer, it does not steer to that side
-local SIDE_FREE = 0.30          -- m: farther, it steers as it likes
-local EVERY = 4                 -- of the 1081 beams, each fourth: one per degree
-local FAR = 6.0                 -- m: what is farther does not matter
+local LOOK_AHEAD = 1.5          -- m: maximum distance of the point that the car steers towards
+local SIDE_TOUCH = 0.18         -- m, beside the scanner: with an obstacle closer than this, no steering to that side
+local SIDE_FREE = 0.30          -- m: with no obstacle closer than this, steering to that side is unrestricted
+local EVERY = 4                 -- only every fourth of the 1081 beams is used: one per degree
+local FAR = 6.0                 -- m: ranges are clamped to this value
 local JUMP = 0.25               -- m: neighbouring beams that differ by more are an edge
-local MARGIN = 0.45             -- m: it stops that far from an obstacle, measured from the scanner
-local BLOCKED = 0.40            -- m: nearer, it backs off; the bumper is 0.2 m ahead of the scanner
+local MARGIN = 0.45             -- m: stopping distance to an obstacle, measured from the scanner
+local BLOCKED = 0.40            -- m: with an obstacle closer than this, the car reverses; the bumper is at 0.2
 local BACK = 1.2                -- s
 
 function sysCall_init()
@@ -26,10 +26,10 @@ function sysCall_init()
     servo = sim.getObject(':/steering_joint')
     scanner = sim.getObject(':/laser')
     speed, steer = 0, 0
-    back_until = -1             -- s: it drives backwards until then
+    back_until = -1             -- s: the car reverses until this time
 end
 
--- Distances of the beams that matter, from right to left, none beyond FAR.
+-- Ranges of the evaluated beams, from right to left, clamped to FAR.
 local function view(scan)
     local angles, depths = {}, {}
     for i = 1, #scan.distance, EVERY do
@@ -42,7 +42,7 @@ local function view(scan)
     return angles, depths
 end
 
--- Widens what is near by half the width of the car, so that any direction that is still deep can be driven.
+-- Widens near obstacles by half the width of the car, so that the car fits through any direction that is still deep.
 local function widened(angles, depths)
     local out = {}
     for i = 1, #depths do out[i] = depths[i] end
@@ -63,7 +63,7 @@ local function widened(angles, depths)
     return out
 end
 
--- Middle of the directions that are nearly as deep as the deepest one, and its depth.
+-- Returns the middle of the directions that are nearly as deep as the deepest one, and the depth there.
 local function aim(angles, depths)
     local best = 1
     for i = 2, #depths do
@@ -77,7 +77,7 @@ local function aim(angles, depths)
     return (angles[first] + angles[last]) / 2, depths[best]
 end
 
--- The nearest thing in the lane straight ahead, m ahead of the scanner.
+-- Distance from the scanner to the nearest obstacle in the lane straight ahead, m.
 local function clearance(angles, depths)
     local least = FAR
     for i, d in ipairs(depths) do
@@ -86,13 +86,14 @@ local function clearance(angles, depths)
     return least
 end
 
--- Steering of the arc on which the rear axle gets to a point that the scanner sees in a direction (pure pursuit).
+-- Steering angle of the arc that takes the rear axle to a point given by direction and range from the scanner (pure
+-- pursuit).
 local function pursue(direction, distance)
     local x, y = SCANNER_X + distance * math.cos(direction), distance * math.sin(direction)
     return math.max(-STEER_LIMIT, math.min(STEER_LIMIT, math.atan(2 * WHEELBASE * y / (x * x + y * y))))
 end
 
--- The steering, less of it if something is beside the car on the inner side, which its rear would touch.
+-- Reduces the steering angle if there is an obstacle beside the car on the inner side, which its rear would touch.
 local function guard(scan, steering)
     local side = steering > 0 and 1 or -1
     local beside = math.huge

@@ -1,4 +1,4 @@
--- Measures of the race car. Each runs in a world of its own, with a floor and the car.
+-- Measurements of the race car. Each one runs in a separate world that contains a floor and the car.
 
 local RADIUS = 0.05             -- m, of the wheels
 local COM_X = 0.17145           -- m, of the centre of mass ahead of the rear axle
@@ -10,7 +10,7 @@ local function drive(speed, steering)
     sim.setJointTargetPosition(sim.getObject('/racecar/steering_joint'), steering or 0)
 end
 
--- Faster by 2.5 m/s^2, from rest.
+-- Accelerates from rest by 2.5 m/s^2.
 local function accelerate(speed, steering)
     local v, dt = 0, sim.getSimulationTimeStep()
     while v < speed do
@@ -65,7 +65,7 @@ function straightness()
     return math.abs(sim.getObjectPosition(car())[2])
 end
 
--- Way of the rear axle over the angle that the car turns.
+-- Distance travelled by the rear axle, divided by the angle through which the car turns.
 local function radius(speed, steering)
     accelerate(speed, steering)
     sim.wait(2)
@@ -107,7 +107,7 @@ function steering_rate()
     return (sim.getJointPosition(servo) - from) / (sim.getSimulationTime() - start)
 end
 
--- Greatest product of speed and turning rate while the speed grows slowly beyond what the tyres hold.
+-- Maximum product of speed and turning rate while the speed grows slowly beyond the grip of the tyres.
 function grip()
     local most = 0
     for v = 1, 5, 0.01 do

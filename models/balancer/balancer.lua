@@ -1,24 +1,25 @@
--- Balances by state feedback: in each physics step it reads gyroscope and encoders, and sets the voltage of the motors.
--- A target speed of a motor stands for its voltage: it is the speed without load. Others steer the robot by setting
--- target speeds as for any robot on wheels (tatu.drive, ROS, arrow keys): what the controller did not set itself is a
--- command. Until the first command it drives around a square.
+-- Balances by state feedback: each physics step reads gyroscope and encoders, and sets the voltages of the motors. The
+-- target speed of a motor encodes its voltage: it is the speed without load at that voltage. Clients steer the robot by
+-- setting target speeds as for any wheeled robot (tatu.drive, ROS, arrow keys): a target that the controller did not
+-- set itself is a command. Until the first command, the robot drives around a square.
 
 local RADIUS = 0.04             -- m, of the wheels
 local WIDTH = 0.14              -- m, between the wheels
-local TRACK = 0.1423            -- m: the same as calibrated by turning, which includes the slip of the wheels
+local TRACK = 0.1423            -- m: effective width as calibrated by turning, which includes wheel slip
 local SUPPLY = 8.0              -- V, of the battery
 local KT, KB, OHM, FRICTION = 0.317, 0.468, 6.69, 0.0022    -- N m/A, V s/rad, ohm, N m s/rad: of a motor
 
 -- Volts per rad, rad, rad/s, rad/s of: angle of the wheels against the world, pitch, and their rates. From the linear
 -- model by LQR, with the weights 1, 1000, 1, 1 of the states and 100 of the voltage.
 local K_WHEEL, K_PITCH, K_WHEEL_RATE, K_PITCH_RATE = 0.1, 25.3, 1.068, 2.332
-local K_TURN = 3.0              -- V per rad by which the right wheel is ahead of where it should be against the left
-local FORWARD = KB + FRICTION * OHM / KT                    -- V s/rad: keeps the wheels at a speed without load
--- The integrated gyroscope drifts by its noise. The robot then stands off its place, which slowly corrects the pitch.
+local K_TURN = 3.0              -- V per rad of error of the angle between right and left wheel
+local FORWARD = KB + FRICTION * OHM / KT                    -- V s/rad: voltage that sustains a speed without load
+-- The integrated gyroscope rate drifts because of noise. The robot then balances away from its target position, and
+-- that offset slowly corrects the pitch.
 local CORRECTION = 1.5e-4       -- rad/s of pitch per rad of the wheels
-local SMOOTH = 0.5              -- of the encoders' angle per 5 ms: they count whole degrees
-local ACCELERATION = 4.0        -- rad/s^2 of the wheels: how fast the wanted speeds may change
-local FALLEN = math.rad(45)     -- rad of pitch: beyond, it switches its motors off
+local SMOOTH = 0.5              -- low-pass factor of the encoder angle per 5 ms: encoders count whole degrees
+local ACCELERATION = 4.0        -- rad/s^2 of the wheels: maximum rate of change of the target speeds
+local FALLEN = math.rad(45)     -- rad of pitch: beyond this, the motors are switched off
 
 local TOUR_SPEED = 0.15         -- m/s
 local TOUR_SIDE = 0.8           -- m, of the square
@@ -30,11 +31,11 @@ function sysCall_init()
     gyro = sim.getObject(':/gyro')
     touring = sim.readCustomStringData(sim.getObject(':/controller'), 'tour') == 'yes'
     pitch, smooth, started, fallen = 0, 0, false, false
-    speed, turn = 0, 0                      -- rad/s: wanted rate of the wheels, and right minus left
+    speed, turn = 0, 0                      -- rad/s: desired rate of the wheels, and right minus left
     wheel_goal, turn_goal = 0, 0            -- rad: their integrals
     want_speed, want_turn = 0, 0
-    own_left, own_right = 0, 0              -- rad/s: the targets that it set last
-    x, y, heading, travelled = 0, 0, 0, 0   -- m, rad: where it is by its encoders
+    own_left, own_right = 0, 0              -- rad/s: the targets that this controller set last
+    x, y, heading, travelled = 0, 0, 0, 0   -- m, rad: wheel odometry
     corner = 1
 end
 
@@ -42,7 +43,7 @@ local function clamp(value, most) return math.max(-most, math.min(most, value)) 
 
 local function toward(value, target, most) return value + clamp(target - value, most) end
 
--- Speeds for the way to the corners of a square, by the encoders.
+-- Speeds that drive the robot to the corners of a square, by odometry.
 local function tour()
     local corners = {{TOUR_SIDE, 0}, {TOUR_SIDE, TOUR_SIDE}, {0, TOUR_SIDE}, {0, 0}}
     local dx, dy = corners[corner][1] - x, corners[corner][2] - y
@@ -56,7 +57,7 @@ function sysCall_actuation()
     if touring then want_speed, want_turn = tour() end
 end
 
--- Takes over what others have set since it set the motors itself.
+-- Accepts targets that others have set since the controller last wrote the motors.
 local function listen()
     local l, r = sim.getJointTargetVelocity(left), sim.getJointTargetVelocity(right)
     if l ~= own_left or r ~= own_right then
@@ -65,7 +66,7 @@ local function listen()
     end
 end
 
--- Where it is, from how far the wheels have turned.
+-- Updates the odometry from the wheel angles.
 local function odometry(angle, difference)
     local way = (angle - travelled) * RADIUS
     travelled, heading = angle, difference * RADIUS / TRACK
@@ -79,7 +80,7 @@ function sysCall_dyn(step)
     local dt = step.dt
     listen()
 
-    -- Rates and angles. Encoders show the wheels against the body.
+    -- Rates and angles. Encoders measure the wheels relative to the body.
     local pitch_rate = g.angular_velocity[2]
     local angle, difference = (l.position + r.position) / 2, r.position - l.position
     if not started then smooth, started = angle, true end

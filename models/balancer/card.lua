@@ -1,4 +1,4 @@
--- Measures of the NXTway-GS. Each runs in a world of its own, with a floor and the robot.
+-- Measurements of the NXTway-GS. Each one runs in a separate world that contains a floor and the robot.
 
 local RADIUS, TRACK = 0.04, 0.14    -- m
 
@@ -13,7 +13,7 @@ local function voltage(value)
     sim.setJointTargetVelocity(motor('right'), speed)
 end
 
--- An impulse ahead at the top of the body, N s, within one step.
+-- Applies a forward impulse, N s, at the top of the body within one step.
 local function push(impulse)
     sim.addForce(robot(), {0, 0, 0.144}, {impulse / sim.getSimulationTimeStep(), 0, 0})
     sim.step()
@@ -57,7 +57,7 @@ function stall_torque()
     sim.step()
     voltage(8)
     sim.step()
-    -- Wheel and rotor against the body and the other wheel; the motor's own voltage slows them with a time constant.
+    -- Wheel and rotor relative to the body and the other wheel; the motor's back EMF slows them with a time constant.
     local wheel, body, damping = 0.03 * RADIUS ^ 2 / 2 + 1e-5, 0.6 * 0.072 ^ 2 / 3, 0.317 * 0.468 / 6.69 + 0.0022
     local rate = (1 / wheel + 2 / body) * damping
     sim.step()

@@ -1,31 +1,31 @@
--- Sails from waypoint to waypoint, round after round.
+-- Sails from waypoint to waypoint, in a loop.
 --
 -- Sensors: GPS (position, velocity), compass (heading), gyroscope (rate of turn). Waypoints are objects that users may
 -- move; the boat's own pose is never read. Guidance: along the line from the last waypoint to the next. Control: speed
--- and rate of turn, with the gains of heron_controller.
+-- and yaw rate, with the gains of heron_controller.
 
 local HALF_TRACK = 0.377654    -- m, of the thrusters
 local ANTENNA = {0.015, 0.05}  -- m, in the base frame
-local ARRIVED = 2.0            -- m from a waypoint; there it turns to the next
+local ARRIVED = 2.0            -- m from a waypoint, at which the boat turns to the next one
 local LOOKAHEAD = 2.0          -- m ahead on the line
-local SLIDE_TIME = 2.2         -- s for which it slides on
-local CORNER_SPEED = 0.4       -- m/s at a waypoint, where it turns
+local SLIDE_TIME = 2.2         -- s for which the boat drifts on
+local CORNER_SPEED = 0.4       -- m/s at a waypoint, where the boat turns
 local CORNER_GAIN = 0.25        -- 1/s, speed per distance from a waypoint
 local HOLD_GAIN = 0.3          -- 1/s, speed per distance from the only waypoint
-local HOLD_RADIUS = 0.5        -- m from it, within which it does not turn
-local TURN_GAIN = 1.2          -- 1/s, rate of turn per error of the heading
+local HOLD_RADIUS = 0.5        -- m from the only waypoint, within which the boat does not turn
+local TURN_GAIN = 1.2          -- 1/s, yaw rate per heading error
 local TURN_MOST = 0.5          -- rad/s (heron_controller)
 
--- Force per speed, of the error and of its integral (heron_controller), N s/m, N s/m, N/m.
+-- Force per speed, per speed error and per integral of the error (heron_controller), N s/m, N s/m, N/m.
 local SPEED_GAIN = {feed = 20, error = 40, integral = 2}
--- Torque per rate of turn, and of the error, N m s (heron_controller).
+-- Torque per yaw rate and per yaw rate error, N m s (heron_controller).
 local RATE_GAIN = {feed = 10, error = 60}
 
-local COMPASS_TIME = 5         -- s, in which the compass corrects the gyroscope
-local POSITION_TIME = 1        -- s, in which fixes correct position and speed
-local LEEWAY_TIME = 15         -- s, in which the angle between heading and course is learned
-local STRAIGHT_TIME = 3        -- s without a turn, after which it no longer slides
-local LEEWAY_SPEED = 0.4       -- m/s; slower, the course is not known
+local COMPASS_TIME = 5         -- s, time constant of the correction of the gyroscope by the compass
+local POSITION_TIME = 1        -- s, time constant of the correction of position and speed by fixes
+local LEEWAY_TIME = 15         -- s, time constant of the estimate of the leeway angle (course minus heading)
+local STRAIGHT_TIME = 3        -- s without a turn, after which the boat no longer drifts sideways
+local LEEWAY_SPEED = 0.4       -- m/s; below this speed, the course is unknown
 
 local function clamp(x, least, most) return math.max(least, math.min(most, x)) end
 
@@ -35,7 +35,7 @@ function sysCall_init()
     imu, compass, gps = sim.getObject(':/imu'), sim.getObject(':/compass'), sim.getObject(':/gps')
     drives = sim.getScript(sim.scripttype_simulation, sim.getObject(':/thrusters'))
     cruise = tonumber(sim.readCustomStringData(sim.getObject('..'), 'speed'))
-    -- The waypoints stay where they are when the boat moves; a stop puts them back.
+    -- Detaching the waypoints keeps them in place when the boat moves; a stop attaches them again.
     waypoints = {}
     local handle = sim.getObject(':/waypoint_0', {noError = true})
     while handle >= 0 do
@@ -46,10 +46,10 @@ function sysCall_init()
     nextOne, integral, leeway, straight, lastFix = 1, 0, 0, 0, 0
 end
 
--- The heading by the compass, rad from +x to the left.
+-- The compass heading, rad, counter-clockwise from +x.
 local function compassHeading(reading) return wrapped(math.pi / 2 - reading.heading) end
 
--- Updates heading, rate, position and velocity; returns whether they are known.
+-- Updates heading, yaw rate, position and velocity; returns whether all are known.
 local function estimate(dt)
     local motion, field, fix = tatu.read(imu), tatu.read(compass), tatu.read(gps)
     if field.sequence == 0 or motion.sequence == 0 then return false end
@@ -88,18 +88,18 @@ local function guidance()
     local lx, ly = goal[1] - from[1], goal[2] - from[2]
     local length = math.sqrt(lx * lx + ly * ly)
     if #waypoints == 1 or length < ARRIVED then return math.atan(dy, dx), distance end
-    -- Along the line, and aside of it, left positive.
+    -- Components along the line and across it, positive to the left.
     local along = (lx * (position[1] - from[1]) + ly * (position[2] - from[2])) / length
     local aside = (lx * (position[2] - from[2]) - ly * (position[1] - from[1])) / length
     if distance < ARRIVED or along > length then
         from, nextOne = {goal[1], goal[2]}, nextOne % #waypoints + 1
     end
-    -- Aside of the line, it steers back to it, before it gets there: it slides.
+    -- Cross-track error is corrected in advance, because the boat drifts sideways after a turn.
     local drift = (lx * velocity[2] - ly * velocity[1]) / length
     return math.atan(ly, lx) - math.atan(aside + SLIDE_TIME * drift, LOOKAHEAD), distance
 end
 
--- Force ahead, N, for a speed over ground, m/s.
+-- Forward force, N, for a speed over ground, m/s.
 local function forceFor(speed, dt)
     local now = velocity[1] * math.cos(heading + leeway) + velocity[2] * math.sin(heading + leeway)
     local off = speed - now
@@ -111,8 +111,8 @@ function sysCall_actuation()
     local dt = sim.getSimulationTimeStep()
     if #waypoints == 0 or not estimate(dt) then return end
     local course, distance = guidance()
-    -- Current and a wrong compass make a course other than the heading; steering allows for it. After a turn, the boat
-    -- slides for a while, since little holds a catamaran sideways: that is no leeway.
+    -- Current and compass errors make the course differ from the heading; steering compensates for this leeway. After a
+    -- turn, the boat drifts sideways for a while, since a catamaran has little lateral resistance: that is not leeway.
     local speed = math.sqrt(velocity[1] ^ 2 + velocity[2] ^ 2)
     straight = math.abs(rate) < 0.06 and straight + dt or 0
     if speed > LEEWAY_SPEED and straight > STRAIGHT_TIME then
@@ -122,7 +122,7 @@ function sysCall_actuation()
     local off = wrapped(course - leeway - heading)
     local wanted
     if #waypoints == 1 then
-        -- It stays there: the nearer it is, the slower, and backwards if the waypoint is behind.
+        -- Station keeping: the closer the waypoint, the slower, and in reverse if the waypoint is behind.
         wanted = clamp(HOLD_GAIN * distance, 0, cruise) * math.cos(off)
         if distance < HOLD_RADIUS then off = 0 end
     else
@@ -131,7 +131,7 @@ function sysCall_actuation()
     local turn = clamp(TURN_GAIN * off, -TURN_MOST, TURN_MOST)
     local force = forceFor(wanted, dt)
     local torque = RATE_GAIN.feed * turn + RATE_GAIN.error * (turn - rate)
-    -- Steering comes first: thrust is what it leaves of both sides.
+    -- Steering takes precedence: forward thrust uses what remains of both sides.
     local aside = clamp(torque / (2 * HALF_TRACK), -26, 26)
     local each = clamp(force / 2, -19.88 + math.abs(aside), 33.6 - math.abs(aside))
     local left = sim.callScriptFunction('commandFor', drives, each - aside)

@@ -1,4 +1,4 @@
--- Measures of the Heron. Its lake is 1 m above the floor.
+-- Measurements of the Heron. The water surface is 1 m above the floor.
 
 local SURFACE = 1.0             -- m
 local BOTTOM = -0.18            -- m, of the hull's box in the base frame
@@ -7,7 +7,7 @@ local function commands(left, right)
     sim.callScriptFunction('setCommands', sim.getScript(sim.scripttype_simulation, '/heron/thrusters'), left, right)
 end
 
--- Speed once it is steady, m/s.
+-- Steady-state speed, m/s.
 local function steadySpeed(command)
     sim.step()
     commands(command, command)
@@ -45,7 +45,7 @@ function roll_period()
     sim.wait(1)
     local boat = measure.model()
     sim.addForceAndTorque(boat, {0, 0, 0}, {400, 0, 0})
-    -- Times at which it is level, from one side to the other.
+    -- Times at which the roll angle changes sign.
     local times, last = {}, nil
     for _ = 1, 600 do
         sim.step()
@@ -86,7 +86,7 @@ end
 
 function path_error()
     local corners = {{12, 0}, {12, 10}, {-2, 10}, {-2, 0}}
-    -- The first round takes about half a minute; the second begins at the last corner.
+    -- The first round lasts about half a minute; the second begins at the last corner.
     local boat, most = measure.model(), 0
     sim.wait(50)
     for _ = 1, 1000 do

@@ -1,10 +1,10 @@
--- The drives: commands from -1 to 1 become thrust, as the boat's motor controllers do it.
+-- The drives: convert commands from -1 to 1 into thrust, as the boat's motor controllers do.
 --
 -- Other scripts call sim.callScriptFunction('setCommands', script, left, right).
 
 -- Thrust, N, at the commands -1, -0.8 ... 1 (heron, heron_description, actuators).
 local THRUST = {-19.88, -16.52, -12.6, -5.6, -1.4, 0, 2.24, 9.52, 21.28, 28, 33.6}
-local SPIN = 0.8    -- rad/s that the propellers in pictures turn at per N
+local SPIN = 0.8    -- rad/s of the visible propellers, per N
 
 local function thrustAt(command)
     local place = math.max(0, math.min(10, (command + 1) * 5))
@@ -18,13 +18,13 @@ function sysCall_init()
     angles = {0, 0}
 end
 
--- Commands of both sides, -1 to 1.
+-- Sets the commands of both sides, -1 to 1.
 function setCommands(left, right)
     tatu.set(thrusters[1], 'thruster.thrust', thrustAt(left))
     tatu.set(thrusters[2], 'thruster.thrust', thrustAt(right))
 end
 
--- The command that gives a thrust, N, or the nearest that there is.
+-- Returns the command that produces a thrust, N, clamped to the range of the table.
 function commandFor(thrust)
     if thrust <= THRUST[1] then return -1 end
     for i = 1, 10 do
@@ -33,7 +33,7 @@ function commandFor(thrust)
     return 1
 end
 
--- Turns the propellers that pictures show. They turn against each other.
+-- Turns the visible propellers, in opposite directions.
 function sysCall_sensing()
     for i, side in ipairs{1, -1} do
         local force = tatu.read(thrusters[i]).force or 0

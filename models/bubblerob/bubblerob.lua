@@ -1,13 +1,13 @@
--- BubbleRob's controller: it drives ahead; when its nose sees something, it backs up in a curve for a while.
+-- BubbleRob's controller: drives ahead; when its nose detects something, backs up in a curve for a while.
 --
--- A window has a slider for the speed. Nothing depends on the window: without a view, it is never touched.
+-- A window has a slider for the speed. The window is optional: without a view, nobody operates it.
 
 local SLOWEST = math.rad(50)     -- rad/s, wheels at the left end of the slider
 local FASTEST = math.rad(300)    -- rad/s, wheels at its right end
 local BACKING_TIME = 4           -- s
 local BACKING = {left = -1 / 2, right = -1 / 8}    -- of the speed ahead
 
--- The speed at a position of the slider, 0 to 100.
+-- Speed for a position of the slider, 0 to 100.
 local function speedAt(position)
     return SLOWEST + (FASTEST - SLOWEST) * position / 100
 end
@@ -32,13 +32,13 @@ function sysCall_init()
     right = sim.getObject(':/' .. prefix .. 'rightMotor')
     nose = sim.getObject(':/' .. prefix .. 'sensingNose', {noError = true})
     speed = speedAt(50)
-    backUntil = -1               -- s; it drives ahead when this has passed
+    backUntil = -1               -- s; the robot drives ahead after this time
     if sim.readCustomStringData(me, 'window') == 'yes' then openWindow() end
 end
 
 function sysCall_actuation()
     local now = sim.getSimulationTime()
-    -- While it backs up, a detection starts the time anew, as in the tutorial.
+    -- While the robot backs up, a detection restarts the timer, as in the tutorial.
     if nose >= 0 and sim.readProximitySensor(nose) == 1 then backUntil = now + BACKING_TIME end
     local backing = now < backUntil
     sim.setJointTargetVelocity(left, speed * (backing and BACKING.left or 1))

@@ -1,4 +1,4 @@
--- Measures of BubbleRob.
+-- Measurements of BubbleRob.
 
 local AXLE = 0.05    -- m, the axle ahead of the base's origin
 
@@ -7,7 +7,7 @@ local function wheels(left, right)
     sim.setJointTargetVelocity(sim.getObject('/bubbleRob/rightMotor'), right)
 end
 
--- Mean speed over some seconds, once it moves steadily.
+-- Mean speed over some seconds, once the motion is steady.
 local function meanSpeed(seconds)
     local robot = measure.model()
     sim.wait(2)
@@ -32,7 +32,7 @@ local function moveSlider(position)
     tatu.actOnWindow(tatu.windows()[1].window, 2, 'change', position)    -- 1 is its label
 end
 
--- Puts a cylinder of the tutorial before the nose, so that it backs up at once.
+-- Puts a cylinder of the tutorial in front of the nose, so that the robot backs up at once.
 local function cylinderAhead(distance)
     local cylinder = sim.createPrimitiveShape(sim.primitiveshape_cylinder, {0.1, 0.1, 0.2})
     sim.setObjectPosition(cylinder, {0.1 + distance + 0.05, 0, 0.1})
@@ -142,7 +142,7 @@ function image_width()
     sim.setObjectColor(cylinder, 0, sim.colorcomponent_ambient_diffuse, {0.9, 0.9, 0.9})
     sim.wait(0.5)
     local image, size = sim.getVisionSensorImg(sim.getObject('/bubbleRob/vision'))
-    -- The row of the horizon: of the cylinder, it shows the two sides.
+    -- The image row of the horizon, which shows the two edges of the cylinder.
     local first, last
     for column = 1, size[1] do
         if image:byte((size[2] // 2 * size[1] + column - 1) * 3 + 1) > 127 then

@@ -1,4 +1,4 @@
--- A carton of 1 kg on the belt, at `x`.
+-- Puts a carton of 1 kg on the belt at `x`.
 local function carton(x)
     local box = sim.createPrimitiveShape(sim.primitiveshape_cuboid, {0.2, 0.15, 0.1})
     sim.setObjectPosition(box, {x, 0, 0.65})

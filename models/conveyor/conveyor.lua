@@ -1,9 +1,9 @@
--- The conveyor's controller: it takes the belt to the speed that is asked for, at a limited acceleration.
+-- The conveyor's controller: accelerates the belt to the requested speed, at a limited acceleration.
 --
--- The speed, in m/s, is asked for by other scripts, by the page or by remote clients, in one of two ways:
+-- Other scripts, the page or remote clients set the speed, in m/s, in one of two ways:
 --     sim.writeCustomStringData(sim.getObject('/conveyor'), 'speed', '0.5')
 --     sim.setFloatSignal('conveyor.speed', 0.5)      -- the base's unique name; the second one is 'conveyor#0.speed'
--- The signal goes first, while it is set. The speed at which the belt moves is in the custom data `belt_speed`.
+-- The signal takes precedence while it is set. The custom data `belt_speed` holds the current speed of the belt.
 
 local DEFAULT_ACCELERATION = 0.5      -- m/s^2
 
@@ -32,7 +32,7 @@ function sysCall_init()
     setBelt(number('speed') or 0)
 end
 
--- Marks leave the belt at one end and come back at the other.
+-- Marks leave the belt at one end and reappear at the other.
 local function moveSeams(by)
     moved = (moved + by) % length
     for _, seam in ipairs(seams) do

@@ -1,41 +1,41 @@
--- Flight controller: it flies to the object `target`, and turns as that is turned.
+-- Flight controller: flies to the object `target`, and follows its heading.
 --
 -- Estimator: gyroscope and accelerometer are integrated in every physics step; each fix of the motion capture corrects
 -- position, velocity, attitude and the biases (a Luenberger observer with fixed gains).
 -- Controller, in every physics step: position -> velocity -> acceleration -> attitude -> rate -> rotor speeds.
 --
--- Mass, rotors and their constants are read from the model, as a firmware has them in its parameters. The true pose is
+-- Mass, rotors and their constants are read from the model, as firmware has them in its parameters. The true pose is
 -- never read. Vectors are {x, y, z}, quaternions {x, y, z, w}; the world's z is up, the body's x ahead and y left.
 
 local ROTORS = {'m1', 'm2', 'm3', 'm4'}
 local INERTIA = {19.9e-6, 20.0e-6, 35.9e-6}   -- kg m^2, about the body's axes
 local GRAVITY = 9.81                          -- m/s^2
 
--- Position 1/s; velocity 1/s, and 1/s^2 of the integral of the velocity's error, which finds what the constants do not
--- know: a payload, a bias of the accelerometer.
+-- Gains: position 1/s; velocity 1/s, and 1/s^2 for the integral of the velocity error, which compensates for unmodelled
+-- effects: a payload, a bias of the accelerometer.
 local POSITION_GAIN = {1.6, 1.6, 2.5}
 local VELOCITY_GAIN = {3.2, 3.2, 5.0}
 local INTEGRAL_GAIN = {0.8, 0.8, 2.5}
 local INTEGRAL_MOST = {1.5, 1.5, 7}           -- m/s^2
-local SPEED_MOST = {1.5, 1.0}                 -- m/s, level and vertical
+local SPEED_MOST = {1.5, 1.0}                 -- m/s, horizontal and vertical
 local TILT_MOST = math.rad(30)
-local CLIMB_MOST = 4                          -- m/s^2, vertical acceleration asked for
+local CLIMB_MOST = 4                          -- m/s^2, commanded vertical acceleration
 
--- Attitude 1/s; rates 1/s; damping is a share of the angular acceleration, which makes up for the lag of the motors.
+-- Gains: attitude 1/s; rates 1/s; damping is a fraction of the angular acceleration, which compensates for motor lag.
 local ATTITUDE_GAIN = {7, 7, 3}
 local RATE_MOST = {6, 6, 2.5}                 -- rad/s
 local RATE_GAIN = {60, 60, 6}
 local RATE_DAMPING = {2, 2, 0}
-local DAMPING_FILTER = 0.008                  -- s, of the angular acceleration
+local DAMPING_FILTER = 0.008                  -- s, filter time constant of the angular acceleration
 
 -- Observer: its poles, 1/s.
 local LEVEL_POLE = 3
 local HEIGHT_POLE = 3
 local YAW_POLE = 1.5
 
-local ALIGN_TIME = 0.3                        -- s at rest in which biases and attitude are found
+local ALIGN_TIME = 0.3                        -- s at rest in which biases and attitude are estimated
 local LOST_FIX = 0.5                          -- s without a fix until the rotors stop
-local JUMP = 0.5                              -- m; a fix that is farther off than this starts the observer anew
+local JUMP = 0.5                              -- m; a fix that deviates by more than this resets the observer
 
 local cos, sin, sqrt, abs, max, min = math.cos, math.sin, math.sqrt, math.abs, math.max, math.min
 
@@ -112,7 +112,7 @@ local function findRotors()
         local speed, thrust = tatu.get(handle, 'propeller.max_speed'), tatu.get(handle, 'propeller.max_thrust')
         rotors[i] = {
             handle = handle, x = at[1], y = at[2], most = thrust, factor = speed / sqrt(thrust),
-            -- The air turns the body against the rotor.
+            -- The reaction torque of the air turns the body against the rotor.
             yaw = (tatu.get(handle, 'propeller.turns') == 'clockwise' and 1 or -1)
                 * tatu.get(handle, 'propeller.torque_per_thrust'),
         }
@@ -129,7 +129,7 @@ function sysCall_init()
     imuAt = sim.getObjectPosition(imu, body)
     local f, b = sim.getObjectPosition(front, body), sim.getObjectPosition(back, body)
     markersAt = {(f[1] + b[1]) / 2 - imuAt[1], (f[2] + b[2]) / 2 - imuAt[2], (f[3] + b[3]) / 2 - imuAt[3]}
-    -- The target stays where it is when the robot moves; a stop puts it back.
+    -- Detaching the target keeps it in place when the robot moves; a stop attaches it again.
     target = sim.getObject(':/target')
     sim.setObjectParent(target, -1, true)
     mode = {kind = 'target'}
@@ -156,7 +156,7 @@ local function newFix()
     }
 end
 
--- Averages the sensors on the ground. What is not at rest there, as when it starts in the air, is taken as level.
+-- Averages the sensors on the ground. If the robot is not at rest, as when it starts in the air, it is assumed level.
 local function align(dt, reading)
     local a, fix = aligning, newFix()
     if fix then a.fix = fix end
@@ -170,7 +170,7 @@ local function align(dt, reading)
     local size = sqrt(fx * fx + fy * fy + fz * fz)
     local resting = abs(size - GRAVITY) < 1
     if not a.fix or resting and a.time < ALIGN_TIME then return end
-    -- The direction of the force is up. Rotations that change only the heading keep it.
+    -- The measured specific force points up. Rotations that change only the heading preserve it.
     local q = {0, 0, 0, 1}
     if resting then q = unit({fy, -fx, 0, size + fz}) end
     q = unit(product({0, 0, sin(a.fix.heading / 2), cos(a.fix.heading / 2)}, q))
@@ -186,7 +186,7 @@ end
 local function predict(dt, reading)
     local s, w, f = state, reading.angular_velocity, reading.acceleration
     s.rate = {w[1] - s.bias[1], w[2] - s.bias[2], w[3] - s.bias[3]}
-    -- The force is the mean of the step, so it acts in the attitude of the step's middle.
+    -- The specific force is the mean over the step, so it is rotated by the attitude at the middle of the step.
     local half = turn(s.rate[1] * dt / 2, s.rate[2] * dt / 2, s.rate[3] * dt / 2)
     local middle = product(s.q, half)
     local a = rotated(matrix(middle), f)
@@ -199,8 +199,8 @@ local function predict(dt, reading)
     s.sinceFix = s.sinceFix + dt
 end
 
--- Corrects the state by a fix. A tilt that is wrong by an angle gives an acceleration that is wrong by g times as much,
--- so that level errors correct the attitude too, and through it the biases of the gyroscope.
+-- Corrects the state by a fix. A tilt error causes an acceleration error of g times the angle, so horizontal errors
+-- also correct the attitude, and through it the biases of the gyroscope.
 local function correct(fix)
     local s, m = state, matrix(state.q)
     local t = min(s.sinceFix, 0.06)
@@ -226,7 +226,7 @@ end
 
 -- Controller ----------------------------------------------------------------------------------------------------------
 
--- Where to go, m, and the heading there, rad.
+-- Returns the goal position, m, and heading, rad.
 local function setpoint()
     if mode.kind == 'position' then return mode.position, mode.yaw end
     local m = sim.getObjectMatrix(target)
@@ -239,7 +239,7 @@ local function limited(v, most)
     if n > most then v[1], v[2] = v[1] * most / n, v[2] * most / n end
 end
 
--- The acceleration that brings the body's origin to `goal`, m/s^2.
+-- Returns the acceleration that moves the body's origin to `goal`, m/s^2.
 local function accelerationTo(goal, dt)
     local s = state
     local e = {goal[1] - s.p[1], goal[2] - s.p[2], goal[3] + imuAt[3] - s.p[3]}
@@ -248,7 +248,7 @@ local function accelerationTo(goal, dt)
     limited(v, SPEED_MOST[1])
     v[3] = clamp(v[3], -SPEED_MOST[2], SPEED_MOST[2])
     for k = 1, 3 do a[k] = VELOCITY_GAIN[k] * (v[k] - s.v[k]) end
-    -- Level, the integral rests while the robot speeds up or brakes, so that it does not overshoot afterwards.
+    -- The horizontal integral is frozen while the robot accelerates or brakes, so that it does not overshoot.
     local steady = sqrt(a[1] ^ 2 + a[2] ^ 2) < 0.6
     for k = 1, 3 do
         if steady or k == 3 then
@@ -262,7 +262,7 @@ local function accelerationTo(goal, dt)
     return a
 end
 
--- The rates that turn the body to the attitude `q`, rad/s.
+-- Returns the rates that turn the body to the attitude `q`, rad/s.
 local function ratesTo(q)
     local s = state.q
     local e = product({-s[1], -s[2], -s[3], s[4]}, q)
@@ -272,7 +272,7 @@ local function ratesTo(q)
     return rates
 end
 
--- The torque that brings the body to these rates, N m.
+-- Returns the torque that controls the body to these rates, N m.
 local function torqueTo(rates, dt)
     local w, torque = state.rate, {}
     local share = dt / (DAMPING_FILTER + dt)
@@ -285,8 +285,8 @@ local function torqueTo(rates, dt)
     return torque
 end
 
--- Distributes thrust (N) and torque over the rotors. If they cannot give all, roll and pitch come first, then thrust,
--- then yaw.
+-- Distributes thrust (N) and torque over the rotors. If they saturate, roll and pitch have priority, then thrust, then
+-- yaw.
 local function mix(thrust, torque)
     local most, forces = rotors[1].most, {}
     local low, high = 0, 0
@@ -330,7 +330,7 @@ local function fly(dt)
         -- The heading is approached along with the body, so that a wide turn does not tilt it.
         local now = headingOf(m)
         local attitude = attitudeAlong(up, now + clamp(wrapped(yaw - now), -0.8, 0.8))
-        -- The part of the wanted force that lies along the rotors.
+        -- The component of the desired force along the rotor axes.
         thrust = mass * size * max(0, m[3] * up[1] + m[6] * up[2] + m[9] * up[3])
         rates = ratesTo(attitude)
     end
@@ -348,14 +348,14 @@ function sysCall_dyn(d)
     local fix = newFix()
     if fix then correct(fix) end
     if not state then return end
-    -- Upside down, or blind: rotors off, until it lies on its feet again.
+    -- Upside down, or without fixes: rotors off, until the robot is on its feet again.
     if matrix(state.q)[9] < -0.2 or state.sinceFix > LOST_FIX then return startAligning() end
     fly(d.dt)
 end
 
 -- For other scripts, through sim.callScriptFunction -------------------------------------------------------------------
 
--- Flies to a position, m, with a heading, rad, and no longer to the target.
+-- Flies to a position, m, with a heading, rad, instead of to the target.
 function setPosition(x, y, z, yaw) mode = {kind = 'position', position = {x, y, z}, yaw = yaw or 0} end
 
 -- Holds roll, pitch and heading, rad, at a thrust, N. Positive pitch is nose down, positive roll right side down.

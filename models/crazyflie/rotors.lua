@@ -1,4 +1,4 @@
--- Turns the propellers that pictures show, slowed down so that the eye can follow.
+-- Turns the visible propellers, slowed down so that the eye can follow.
 
 local SLOWER = 100
 

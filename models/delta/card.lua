@@ -1,4 +1,4 @@
--- Measures of `card.toml`. Places are those of the platform in the frame of the base, m.
+-- Measurements of `card.toml`. Positions are those of the platform in the frame of the base, m.
 
 local HOME = math.rad(5.328)
 local PLACES = {
@@ -107,7 +107,7 @@ function loop_gap()
     end)
 end
 
--- Puts a weight below the platform, its centre of mass on the robot's axis.
+-- Attaches a weight below the platform, with its centre of mass on the robot's axis.
 local function load(mass)
     local slot = sim.getObject('/tool')
     local weight = sim.createPrimitiveShape(sim.primitiveshape_cuboid, {0.08, 0.08, 0.08})

@@ -1,10 +1,10 @@
 -- The delta robot's demonstration: a cycle of 25 mm up, 305 mm across, 25 mm down,
--- and back, turned by 60 degrees after each. It has no pieces to pick; see pick.lua for that.
+-- and back, rotated by 60 degrees after each cycle. It does not pick any pieces; see pick.lua for that.
 
 local MIDDLE = {0, 0, -1.05}      -- m, in the frame of the base: middle of the cycle
 local WIDTH = 0.305               -- m
 local HEIGHT = 0.025              -- m
-local MOVE_TIME = 0.5             -- s: one way
+local MOVE_TIME = 0.5             -- s: in one direction
 local PAUSE = 0.1                 -- s
 
 local motors, kinematics
@@ -17,7 +17,7 @@ local function aim(position)
     for i, motor in ipairs(motors) do sim.setJointTargetPosition(motor, angles[i]) end
 end
 
--- From rest to rest, up at the beginning and down at the end.
+-- A motion from rest to rest, up at the beginning and down at the end.
 local function move(from, to)
     local start, t = sim.getSimulationTime(), 0
     while t < 1 do

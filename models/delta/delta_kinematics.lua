@@ -11,11 +11,11 @@
 local R0, L1, L2, R3 = 0.330, 0.420, 1.055, 0.125      -- m: axes of the motors, upper arm, rods, platform
 local LOWEST, HIGHEST = math.rad(-40), math.rad(80)    -- rad
 
---- Angles of the motors for a position of the platform, or nil and the reason.
+--- Returns the motor angles for a position of the platform, or nil and the reason.
 function inverse(position)
     local angles = {}
     for i = 1, 3 do
-        -- In the plane of this arm: along it, across it, and up.
+        -- Coordinates along this arm, across it, and up.
         local turn = 2 * math.pi * (i - 1) / 3
         local along = position[1] * math.cos(turn) + position[2] * math.sin(turn)
         local across = position[2] * math.cos(turn) - position[1] * math.sin(turn)
@@ -25,7 +25,7 @@ function inverse(position)
         local c = L2 ^ 2 - L1 ^ 2 - offset ^ 2 - across ^ 2 - position[3] ^ 2
         local length = math.sqrt(a ^ 2 + b ^ 2)
         if math.abs(c) > length then return nil, 'out of reach of arm ' .. i end
-        -- Of the two solutions, that with the elbow outside.
+        -- Of the two solutions, the one with the elbow outside.
         local q = math.atan(b, a) + math.acos(c / length)
         if q < LOWEST or q > HIGHEST then
             return nil, string.format('arm %d would be at %.1f degrees, beyond its limits', i, math.deg(q))
@@ -47,7 +47,7 @@ local function cross(a, b)
     return {a[2] * b[3] - a[3] * b[2], a[3] * b[1] - a[1] * b[3], a[1] * b[2] - a[2] * b[1]}
 end
 
---- Position of the platform for angles of the motors, or nil if the rods do not meet.
+--- Returns the position of the platform for motor angles, or nil if the rods do not meet.
 function forward(angles)
     -- The platform's middle is on three spheres of radius L2 about the elbows, moved inwards by R3.
     local p = {}

@@ -1,12 +1,13 @@
--- The delta robot carries pieces from one tray to the other, one after another, and then back, for ever.
--- It knows the trays; whether it has a piece, it learns from the vacuum, which the sensor in the cup stands for.
+-- The delta robot carries pieces from one tray to the other, one after another, and then back, in an endless loop.
+-- The positions of the trays are constants; whether the cup holds a piece is measured by the sensor in the cup, which
+-- represents the vacuum switch of a real gripper.
 
 local TRAYS = {-0.26, 0.26}                      -- m: y of the trays' middles, in the frame of the base
 local PLACES = {{-0.12, -0.07}, {0, -0.07}, {0.12, -0.07}, {-0.12, 0.07}, {0, 0.07}, {0.12, 0.07}}   -- m: in a tray
 local TOP = 0.38                                 -- m: height of a piece's top above the floor, on its tray
 local HEIGHT = 1.45                              -- m: of the motors' axes above the floor
-local TOOL = 0.10                                -- m: from the platform to the lip of the cup
-local LIFT = 0.08                                -- m: of pieces over the trays
+local TOOL = 0.10                                -- m: distance from the platform to the lip of the cup
+local LIFT = 0.08                                -- m: lift of pieces above the trays
 local SPEED = 0.9                                -- m/s: mean speed across
 local SHORTEST = 0.25                            -- s: time of a move up or down
 local PAUSE = 0.1                                -- s: for the vacuum to build up, or to break
@@ -23,7 +24,7 @@ end
 
 local at
 
--- A straight line, from rest to rest, for the lip of the cup: x and y in the frame of the base, z above the floor.
+-- Moves the lip of the cup in a straight line, from rest to rest: x and y in the frame of the base, z above the floor.
 local function move(x, y, z)
     local to = {x, y, z + TOOL - HEIGHT}
     local way = math.sqrt((to[1] - at[1]) ^ 2 + (to[2] - at[2]) ^ 2 + (to[3] - at[3]) ^ 2)
@@ -34,12 +35,12 @@ local function move(x, y, z)
         aim{at[1] + s * (to[1] - at[1]), at[2] + s * (to[2] - at[2]), at[3] + s * (to[3] - at[3])}
         sim.step()
     end
-    -- Targets are followed half a step behind, and reached after two.
+    -- Targets are followed with a lag of half a step, and reached after two steps.
     sim.wait(PAUSE)
     at = to
 end
 
--- Ties what is under the cup to its lip.
+-- Ties the piece under the cup to its lip.
 local function grip()
     local found, _, _, piece = sim.readProximitySensor(vacuum)
     if found ~= 1 then error('there is no piece under the cup') end

@@ -15,13 +15,13 @@ function rest_drift()
     return most
 end
 
--- Time for a closer to close the door from 90 degrees.
+-- Time that the closer needs to close the door from 90 degrees.
 function closing_time()
     repeat sim.step() until angle() < 0.001
     return sim.getSimulationTime()
 end
 
--- A force of 10 N on the handle, always across the leaf.
+-- Applies a force of 10 N to the handle, always perpendicular to the leaf.
 function opening_time()
     local leaf = sim.getObject('/door/leaf')
     while angle() < 1 do

@@ -1,4 +1,4 @@
--- Measures of the e-puck.
+-- Measurements of the e-puck.
 
 local function motors(left, right)
     sim.setJointTargetVelocity(sim.getObject('/ePuck/ePuck_leftJoint'), left)
@@ -13,7 +13,7 @@ local function speedAt(turning)
     return measure.distance(from, sim.getObjectPosition(measure.model())) / 4
 end
 
--- Its turning within some seconds, rad.
+-- Rotation of the robot within some seconds, rad.
 local function turned(seconds)
     local robot = measure.model()
     local from, start = measure.angle(robot), sim.getSimulationTime()
@@ -24,14 +24,14 @@ local function turned(seconds)
     return measure.angle(robot) - from
 end
 
--- A wall whose face is at a distance to the right of a place, square to y.
+-- Adds a wall perpendicular to y, whose face is at a distance to the right of a position.
 local function wallOnTheRight(y)
     local wall = sim.createPrimitiveShape(sim.primitiveshape_cuboid, {0.3, 0.02, 0.1})
     sim.setObjectPosition(wall, {0, y - 0.01, 0.05})
     return wall
 end
 
--- Mean and standard deviation of the distances that a sensor reads.
+-- Mean and standard deviation of the distances that a sensor measures.
 local function spread(sensor, count)
     local sum, squares, n = 0, 0, 0
     while n < count do
@@ -97,7 +97,7 @@ function slip_when_blocked()
     return tatu.read(encoder).position - from
 end
 
--- ps2 looks to the right from y = -31 mm, and up by 9.2 degrees.
+-- ps2 faces to the right from y = -31 mm, and up by 9.2 degrees.
 function infrared_range()
     local sensor, far = sim.getObject('/ePuck/ps2'), 0.08
     sim.setStringProperty(sensor, 'sensor.noise', 'none')
@@ -114,7 +114,7 @@ end
 
 function infrared_noise()
     local sensor = sim.getObject('/ePuck/ps2')
-    -- Of a wall whose nearest point within the cone is 30 mm away.
+    -- A wall whose nearest point within the cone is 30 mm away.
     wallOnTheRight(-0.031 - 0.03 * math.cos(math.rad(9.2) - 0.05))
     sim.step()
     local _, deviation = spread(sensor, 1000)

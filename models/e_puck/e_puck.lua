@@ -1,20 +1,21 @@
--- The e-puck's controller: it drives around what its infrared sensors see, and lights the LEDs on that side.
+-- The e-puck's controller: drives around obstacles that its infrared sensors detect, and lights the LEDs on that side.
 --
--- It reads counts, as the real robot does: 0 to 4095, more when nearer. The real sensors return counts only; the
--- simulated ones measure the distance, and the table below makes counts of it.
+-- It works on counts, as the real robot does: 0 to 4095, higher at closer range. The real sensors return counts only;
+-- the simulated ones measure the distance, and the table below converts it to counts.
 
 local CRUISE = 0.6               -- of the top speed
-local WEIGHTS = {                -- of the top speed, for 1000 counts of ps0 to ps7, added to the left wheel;
+local WEIGHTS = {                -- fractions of the top speed, for 1000 counts of ps0 to ps7, added to the left wheel;
                                  -- the right one mirrors them
     [0] = -0.60, -0.40, -0.12, 0, 0, 0.12, 0.30, 0.30,
 }
 local NEAR = 100                 -- counts from which an LED is lit, 55 mm
--- Before a wall square to its path, the weights of both sides cancel out: it turns on the spot until the way is free.
+-- In front of a wall perpendicular to the path, the weights of both sides cancel out: the robot turns on the spot until
+-- the path is clear.
 local BLOCKED = 500              -- counts of one of the four sensors ahead, 17 mm
-local FREE = 200                 -- counts below which it drives on, 35 mm
+local FREE = 200                 -- counts below which the robot drives on, 35 mm
 local SPIN = 0.4                 -- of the top speed
 
--- Distance in mm, counts: Webots' E-puckDistanceSensor.proto.
+-- Pairs of distance in mm and counts: Webots' E-puckDistanceSensor.proto.
 local TABLE = {
     {0, 4095}, {5, 2133.33}, {10, 1465.73}, {15, 601.46}, {20, 383.84}, {30, 234.93}, {40, 158.03}, {50, 120},
     {60, 104.09}, {70, 67.19},
@@ -43,7 +44,7 @@ function sysCall_init()
         if sensors[i] < 0 then sensors[i] = sim.getObject(':/ePuck_proxSensor' .. (i + 3) % 8 + 1, {noError = true}) end
         leds[i] = sim.getObject(':/ePuck_led' .. i)
     end
-    turning = 0                  -- 0: driving; 1, -1: turning to the left or right until the way is free
+    turning = 0                  -- 0: driving; 1, -1: turning to the left or right until the path is clear
 end
 
 local function readAll()

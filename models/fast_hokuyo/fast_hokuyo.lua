@@ -1,5 +1,5 @@
--- Handles both cameras, and converts their rows of depths to points: x y z in the frame of the device, from right to
--- left. Pixels that detect nothing, or that are outside the scanning angle, are left out.
+-- Measures both cameras, and converts their rows of depths to points: x y z in the frame of the device, from right to
+-- left. Pixels that detect nothing, or that are outside the scanning angle, are omitted.
 
 local function parameter(name, low, high)
     local value = tonumber(sim.getScriptSimulationParameter(sim.handle_self, name)) or high

@@ -1,5 +1,5 @@
--- Publishes the position of the reference with two errors: one is drawn at each reading, the other once, and again when
--- the parameter is changed. The tube gets x, y, z as packed floats; the signals get one number each.
+-- Publishes the position of the reference with two random errors: one is sampled at each reading, the other once, and
+-- again when the parameter is changed. The tube receives x, y, z as packed floats; each signal receives one coordinate.
 
 local AXES = { 'x', 'y', 'z' }
 

@@ -1,4 +1,5 @@
--- Measures of the gripper. Each function runs in a world of its own with a floor and the gripper, fingers up.
+-- Measurements of the gripper. Each function runs in a separate world that contains a floor and the gripper, fingers
+-- up.
 
 local PAD = 0.0253       -- from the axis of a tip to the face of its pad, m
 local TIP = 0.051        -- from the axis of a tip to its end, m
@@ -22,7 +23,7 @@ local function height()
     return sim.getObjectPosition(part('left_finger_tip_link'), measure.model())[3] + TIP
 end
 
--- A block of 200 g that the gripper is to grip, with its middle at a height.
+-- Adds a block of 200 g for the gripper, with its middle at a height.
 local function block(width, height_of_middle)
     local body = sim.createPrimitiveShape(sim.primitiveshape_cuboid, {width, 0.05, 0.05})
     sim.setObjectInt32Param(body, sim.shapeintparam_respondable, 1)
@@ -33,7 +34,7 @@ local function block(width, height_of_middle)
 end
 
 -- Hangs the gripper, fingers down, on a slide, with the middle of its pads at half the height of a block on the floor.
--- Returns the slide, which moves it up by positive targets.
+-- Returns the slide, whose positive targets move the gripper up.
 local function hang()
     local base = measure.model()
     local tcp = sim.getObjectPosition(sim.getObject('/robotiq_85_base_link/tcp'), base)[3]
@@ -79,7 +80,7 @@ local function shaken(width)
     return most
 end
 
--- The force of each pad on a block of 40 mm that hangs between them.
+-- The force of each pad on a block of 40 mm that hangs between the pads.
 local function force()
     local body = lifted(0.04)
     local sum, index = 0, 0

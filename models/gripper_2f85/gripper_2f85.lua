@@ -1,8 +1,8 @@
--- Opens and closes every two seconds while the gripper stands alone.
+-- Opens and closes the gripper every two seconds while it is not mounted on an arm.
 --
--- On an arm it does nothing: whatever carries it commands the driven joint,
+-- On an arm, this script does nothing: the controller of the arm commands the driven joint,
 --     sim.setJointTargetPosition(sim.getObject('/robotiq_85_base_link/robotiq_85_left_knuckle_joint'), angle)
--- where 0 opens it and 0.793 rad leaves 1 mm between the pads.
+-- where 0 opens the gripper and 0.793 rad leaves 1 mm between the pads.
 
 local OPEN, CLOSED = 0, 0.793    -- angle of the driven joint, rad
 local PAUSE = 2                  -- time between commands, s

@@ -1,4 +1,4 @@
--- Measures of `card.toml`. Blocks float between the fingers until these have closed on them.
+-- Measurements of `card.toml`. Blocks float between the fingers until the fingers have closed on them.
 
 local EDGE = 0.04      -- m: of the block that is gripped
 
@@ -10,7 +10,7 @@ local function finger(i)
     return sim.getObject('/hand/panda_finger_joint' .. i)
 end
 
--- The distance of the pads' faces, which lie at y = 0 of the fingers' frames.
+-- Distance between the pads' faces, which are at y = 0 of the fingers' frames.
 local function width()
     local left = sim.getObjectPosition(sim.getObject('/hand/panda_leftfinger'), hand())
     local right = sim.getObjectPosition(sim.getObject('/hand/panda_rightfinger'), hand())

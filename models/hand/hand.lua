@@ -1,5 +1,5 @@
--- The hand's demonstration: it closes until the fingers meet or something is between them, holds, and opens again.
--- The real hand reports the distance of its fingers, and this script reads nothing else.
+-- The hand's demonstration: closes until the fingers meet or an object is between them, holds, and opens again.
+-- The real hand reports only the distance of its fingers, so this script reads nothing else.
 
 local OPEN = 0.04        -- m: position of a finger
 local HOLD_TIME = 1.5    -- s
@@ -12,7 +12,7 @@ local function go(position)
     sim.setJointTargetPosition(finger, position)
     local stop = sim.getSimulationTime() + TIMEOUT
     local before
-    -- The first steps do not count: the target is approached smoothly.
+    -- The first steps are ignored: the fingers start slowly, because the target is approached smoothly.
     for _ = 1, 4 do sim.step() end
     repeat
         before = sim.getJointPosition(finger)

@@ -1,4 +1,4 @@
--- Measures of the hexapod; see card.toml.
+-- Measurements of the hexapod; see card.toml.
 
 local LEGS = {'lf', 'lm', 'lr', 'rf', 'rm', 'rr'}
 
@@ -16,7 +16,7 @@ function stand_height()
     return sim.getObjectPosition(measure.model())[3]
 end
 
--- The robot is lifted above the floor and falls while the leg swings.
+-- The robot is lifted above the floor, and falls while the leg swings.
 function servo_speed()
     local body = measure.model()
     local position = sim.getObjectPosition(body)

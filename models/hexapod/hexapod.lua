@@ -1,8 +1,8 @@
 -- Walks in a tripod gait: three feet (front and rear of one side, middle of the other) carry while the others swing.
 --
--- It reads the IMU's gyrometer, by which it holds its heading, and the contact sensors, by which a swinging foot
--- stops where it meets the floor early. Without a command it walks along a square; the custom data `command` of the
--- base, a text "forward left turn" in m/s, m/s, rad/s, overrides that:
+-- Inputs are the IMU's gyrometer, which is used to hold the heading, and the contact sensors, which stop a swinging
+-- foot that touches the floor early. Without a command, the robot walks along a square; the custom data `command` of
+-- the base, a string "forward left turn" in m/s, m/s, rad/s, overrides that:
 --     sim.writeCustomStringData(sim.getObject('/phantomx'), 'command', '0 0.1 0')
 
 local LEGS = {'lf', 'lm', 'lr', 'rf', 'rm', 'rr'}
@@ -10,16 +10,16 @@ local PHASE = {0, 0.5, 0, 0.5, 0, 0.5}
 local FACING = {math.pi / 4, math.pi / 2, 3 * math.pi / 4, -math.pi / 4, -math.pi / 2, -3 * math.pi / 4}
 local COXA = {{0.1248, 0.06164}, {0, 0.1034}, {-0.1248, 0.06164}, {0.1248, -0.06164}, {0, -0.1034}, {-0.1248, -0.06164}}
 
-local REACH = 0.1096               -- m, neutral foot outwards of its coxa joint
-local DEPTH = -0.0953              -- m, neutral foot below its coxa joint
-local PERIOD = 0.8                 -- s, of a stride
+local REACH = 0.1096               -- m, outward distance of a neutral foot from its coxa joint
+local DEPTH = -0.0953              -- m, height of a neutral foot relative to its coxa joint
+local PERIOD = 0.8                 -- s, duration of a stride
 local DUTY = 0.55                  -- fraction of a stride in which a foot carries
 local LIFT = 0.035                 -- m, height of a swing
 local ACCELERATION = {0.3, 0.3, 2.0}   -- m/s^2, m/s^2, rad/s^2
 local FASTEST = {0.2, 0.15, 0.8}   -- m/s, m/s, rad/s
-local SETTLE = 0.5                 -- s, stands before it begins
-local STRIDE = 1.04                -- calibrated: without it, a walk at 0.12 m/s is 4 % slow
-local LEAD = 0.010                 -- s, the joints' lag
+local SETTLE = 0.5                 -- s, standing time before the first stride
+local STRIDE = 1.04                -- calibrated: with 1, a walk at 0.12 m/s is 4 % slow
+local LEAD = 0.010                 -- s, lag of the joints
 local HEADING_GAIN = 1.5           -- 1/s, turning per rad of heading error
 local EARLY = 0.7                  -- fraction of a swing after which contact ends it
 local SIDE_TIME, CORNER_TIME = 8.0, 4.0    -- s, along a side of the square and for a quarter turn
@@ -45,7 +45,7 @@ function sysCall_init()
     command, before = {0, 0, 0}, {}
 end
 
--- The wanted command. Where no turn is commanded, the heading is held.
+-- Returns the current command. Without a commanded turn, the heading is held.
 local function wanted()
     local text = sim.readCustomStringData(robot, 'command')
     local want, goal
@@ -70,7 +70,7 @@ local function wanted()
     return want
 end
 
--- Speed of the body above a foot at p.
+-- Velocity of the body above a foot at p, relative to the floor.
 local function footSpeed(p)
     return STRIDE * (command[1] - command[3] * p[2]), STRIDE * (command[2] + command[3] * p[1])
 end
@@ -88,7 +88,7 @@ local function moveFoot(i, dt)
     local s = (part - DUTY) / (1 - DUTY)
     landed[i] = landed[i] or s > EARLY and contact[i] ~= -1 and tatu.read(contact[i]).touching == 1
     if landed[i] then return end
-    -- A cubic that leaves and reaches the floor at the speed of the floor.
+    -- A cubic whose speed at lift-off and touchdown is that of the floor.
     local start, goal, slope = 1 + s * s * (2 * s - 3), s * s * (3 - 2 * s), s * (s - 1) * (2 * s - 1)
     local vx, vy = footSpeed({neutral[i][1], neutral[i][2]})
     local half, swing = DUTY * PERIOD / 2, (1 - DUTY) * PERIOD
@@ -97,10 +97,10 @@ local function moveFoot(i, dt)
     p[3] = start * lifted[i][3] + goal * DEPTH + LIFT * math.sin(math.pi * s) ^ 2
 end
 
--- Runs in each physics step, so that the feet follow their paths and not the corners of one point per scene step.
+-- Runs in each physics step, so that the feet follow smooth paths instead of polylines with one point per scene step.
 function sysCall_dyn(data)
     if data.afterStep then return end
-    -- The other script has begun by the first physics step, not yet when this one does.
+    -- The kinematics script may start after this one, but it has started by the first physics step.
     legs = legs or sim.getScriptFunctions(sim.getScript(sim.scripttype_simulation, kinematics))
     local dt = data.dt
     time = time + dt

@@ -1,8 +1,8 @@
 -- Closed-form kinematics of one leg: coxa about the vertical, femur and tibia across the leg.
 --
--- Frame of a leg: origin on the coxa joint, x outwards, z up; it is turned against the body by the leg's facing.
+-- Frame of a leg: origin on the coxa joint, x outwards, z up; rotated relative to the body by the leg's facing.
 -- Lengths in m, angles of the joints in rad: a positive femur angle raises the knee, a positive tibia angle turns the
--- foot outwards. The foot is the centre of its cap. Other scripts call it by
+-- foot outwards. The foot is the centre of its cap. Other scripts call these functions by
 --     legs = sim.getScriptFunctions(sim.getScript(sim.scripttype_simulation, sim.getObject('/phantomx/kinematics')))
 --     coxa, femur, tibia = legs:jointsOf(0.11, 0, -0.10)
 
@@ -18,8 +18,8 @@ function footOf(coxa, femur, tibia)
     return out * math.cos(coxa), out * math.sin(coxa), z
 end
 
--- The solution with the knee above the line from femur joint to foot. A point out of reach is replaced by the nearest
--- one.
+-- Returns the solution with the knee above the line from femur joint to foot. A point out of reach is replaced by the
+-- nearest reachable one.
 function jointsOf(x, y, z)
     local out = math.sqrt(x * x + y * y) - COXA
     local square = out * out + z * z

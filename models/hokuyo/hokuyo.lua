@@ -1,6 +1,6 @@
 -- Turns the ray like the device's mirror, and measures in the directions passed during a step: 684 over 240 degrees,
--- counted as 1024 per full turn. One signal has the points measured in this step, x y z in the frame of the device;
--- after each turn, another has all 684 distances, 0 where nothing was detected.
+-- counted as 1024 per full turn. One signal contains the points measured in this step, x y z in the frame of the
+-- device; after each turn, another contains all 684 distances, 0 where nothing was detected.
 
 local POINTS, OPENING, TURN = 684, math.rad(240), 1024
 
@@ -20,7 +20,7 @@ function sysCall_sensing()
     local noise = parameter('noise')
     local points = {}
     passed = passed + sim.getSimulationTimeStep() * parameter('rate') * TURN
-    -- At most one turn is measured, because the next would replace it.
+    -- At most one turn is measured, because a further one would overwrite it.
     while passed - at >= TURN + 1 do at = at + TURN end
     while at + 1 <= passed + 1e-6 do
         local i = at % TURN

@@ -1,4 +1,4 @@
--- Measures of the humanoid; see card.toml.
+-- Measurements of the humanoid; see card.toml.
 
 -- Pushes the torso with a force in the world frame for 0.1 s.
 local function shove(fx, fy)

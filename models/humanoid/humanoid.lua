@@ -1,23 +1,23 @@
--- Waves, shifts its weight and stands on one leg, again and again.
+-- Waves, shifts its weight and stands on one leg, in a loop.
 --
--- It reads the IMU and the contact sensors of the feet. Weight is shifted until the foot sensors report that the
--- other foot is free; after a push it waits on both feet until the gyrometer is calm.
+-- Inputs are the IMU and the contact sensors of the feet. Weight is shifted until the foot sensors report that the
+-- other foot is unloaded; after a push, the robot waits on both feet until the gyrometer is calm.
 
 local CROUCH = {x = 0.0171, z = -0.2752}   -- m, ankles in the torso's frame, as at the start
-local WIDTH = 0.05                         -- m, ankles beside the middle of the torso
-local LOWER = 0.012                        -- m, the torso sinks to shift its weight, so that the far leg reaches
+local WIDTH = 0.05                         -- m, lateral distance of the ankles from the middle of the torso
+local LOWER = 0.012                        -- m, by which the torso sinks during a shift, so that the far leg reaches
 local SHIFT_SPEED = 0.03                   -- m/s
 local SHIFT_MOST = 0.085                   -- m
-local FREE = 2.0                           -- N, a foot with less load is free
-local LEAST = 0.05                         -- m, the torso is shifted at least so far
-local STEPS_FREE = 3                       -- readings in a row that must report a free foot
+local FREE = 2.0                           -- N, a foot with less load counts as unloaded
+local LEAST = 0.05                         -- m, minimum shift of the torso
+local STEPS_FREE = 3                       -- consecutive readings that must report an unloaded foot
 local LIFT = 0.03                          -- m
 local HOLD = 2.0                           -- s, on one leg
-local CALM = 0.08                          -- rad/s, of the gyrometer
+local CALM = 0.08                          -- rad/s, limit of the gyrometer reading
 local CALM_TIME = 0.4                      -- s
 local LEG = {'HipYawPitch', 'HipRoll', 'HipPitch', 'KneePitch', 'AnklePitch', 'AnkleRoll'}
 
--- Where the torso is above the middle of the feet, and how far each foot is lifted, m.
+-- Position of the torso relative to the middle of the feet, and lift of each foot, m.
 local pose = {y = 0, z = 0, L = 0, R = 0}
 
 function sysCall_init()
@@ -44,7 +44,7 @@ local function stand()
     end
 end
 
--- Brings some entries of the pose to new values, with a smooth start and end.
+-- Moves some entries of the pose to new values, with a smooth start and end.
 local function glide(seconds, goal)
     local from, start = {}, sim.getSimulationTime()
     for key in pairs(goal) do from[key] = pose[key] end
@@ -58,7 +58,7 @@ local function glide(seconds, goal)
     until s >= 1
 end
 
--- Waits until the body has been at rest for a while.
+-- Waits until the body has been at rest for CALM_TIME.
 local function settle()
     local since = sim.getSimulationTime()
     while sim.getSimulationTime() - since < CALM_TIME do
@@ -89,7 +89,7 @@ local function wave(name, times)
     sim.wait(1.0)
 end
 
--- Shifts the weight to the foot `name` until the other one is free, and lifts that for a while.
+-- Shifts the weight to the foot `name` until the other one is unloaded, and lifts that one for HOLD.
 local function standOn(name, other, side)
     glide(1.0, {z = -LOWER})
     local free = 0

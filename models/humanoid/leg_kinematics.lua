@@ -3,15 +3,15 @@
 -- Frames: the torso's (x ahead, y left, z up) and that of the foot, whose origin is the ankle and which is parallel
 -- to the torso's when all joints are at 0. `side` is 1 for the left leg and -1 for the right one. Joints come in the
 -- order HipYawPitch, HipRoll, HipPitch, KneePitch, AnklePitch, AnkleRoll, rad. Both legs share the motor of
--- HipYawPitch: a pair of poses can be held if both solutions agree in it, as they do for feet parallel to the torso.
--- Other scripts call it by
+-- HipYawPitch: a pair of poses is feasible if both solutions agree in that joint, as they do for feet parallel to the
+-- torso. Other scripts call these functions by
 --     legs = sim.getScriptFunctions(sim.getScript(sim.scripttype_simulation, sim.getObject('/nao/kinematics')))
 --     joints = legs:jointsOf(0.017, 0.05, -0.27, 0, 0, 0, 1)
 
 HIP_Y, HIP_Z = 0.05, -0.085        -- m, hip in the torso's frame, left side
 THIGH, TIBIA = 0.1, 0.1029         -- m
 
--- Rotations are lists of three rows. HipYawPitch turns about an axis between y and z: the z axis, turned about x.
+-- Rotations are lists of three rows. The axis of HipYawPitch is between y and z: the z axis, rotated about x.
 local TILT = {[1] = -3 * math.pi / 4, [-1] = -math.pi / 4}
 
 local function rotX(a)
@@ -47,7 +47,7 @@ local function turned(m, v)
     return r
 end
 
--- Pose of the foot, x y z and rotation (rows), for joint angles.
+-- Returns the pose of the foot, x y z and rotation (rows), for joint angles.
 function footOf(joints, side)
     local tilt = TILT[side]
     local thigh = times(rotX(tilt), rotZ(joints[1]), rotX(joints[2] - tilt), rotY(joints[3]))
@@ -57,11 +57,11 @@ function footOf(joints, side)
     return a[1] + b[1], side * HIP_Y + a[2] + b[2], HIP_Z + a[3] + b[3], foot
 end
 
--- Joints that bring the ankle to (x, y, z), with the foot turned by yaw, then pitch, then roll, in the torso's frame. A
--- point out of reach is replaced by the nearest one on its line to the hip.
+-- Returns the joint angles that move the ankle to (x, y, z), with the foot rotated by yaw, then pitch, then roll, in
+-- the torso's frame. A point out of reach is replaced by the nearest reachable one on its line to the hip.
 function jointsOf(x, y, z, roll, pitch, yaw, side)
     local foot = times(rotZ(yaw), rotY(pitch), rotX(roll))
-    -- The hip, seen from the foot: the ankle must look at it, the knee sets the distance.
+    -- The hip in the foot's frame: the ankle joints point the leg at it, and the knee sets the distance.
     local d = {-x, side * HIP_Y - y, HIP_Z - z}
     local u = {}
     for i = 1, 3 do u[i] = foot[1][i] * d[1] + foot[2][i] * d[2] + foot[3][i] * d[3] end
@@ -71,7 +71,7 @@ function jointsOf(x, y, z, roll, pitch, yaw, side)
     local ankleRoll = math.atan(u[2], u[3])
     local anklePitch = math.atan(-THIGH * math.sin(knee), TIBIA + THIGH * math.cos(knee))
         - math.atan(u[1], math.sqrt(u[2] * u[2] + u[3] * u[3]))
-    -- What is left is the rotation of the thigh, as angles about z, x and y in the frame of the tilted axis.
+    -- The remaining rotation is that of the thigh, as angles about z, x and y in the frame of the tilted axis.
     local tilt = TILT[side]
     local m = times(rotX(-tilt), foot, rotX(-ankleRoll), rotY(-anklePitch - knee))
     local sine = math.max(-1, math.min(1, m[3][2]))

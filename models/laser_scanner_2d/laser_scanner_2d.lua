@@ -1,5 +1,5 @@
 -- Turns the ray in increments over the scanning angle, and measures at each. The result is published in four ways: a
--- tube with all points in the scanner's frame, a signal with the least distance, a graph, and a file if one is named.
+-- tube with all points in the scanner's frame, a signal with the minimum distance, a graph, and, if named, a file.
 
 local function parameter(name, low, high)
     local value = tonumber(sim.getScriptSimulationParameter(sim.handle_self, name)) or low

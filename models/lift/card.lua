@@ -2,7 +2,7 @@ local function platform()
     return sim.getObject('/lift/platform')
 end
 
--- Height of the platform's surface, m; it is 0.026 m thick.
+-- Height of the platform's surface, m; the platform is 0.026 m thick.
 local function surface()
     return sim.getObjectPosition(platform())[3] + 0.013
 end

@@ -1,10 +1,10 @@
--- The lift's controller. It goes to the floor that is asked for, 0 being the lowest:
+-- The lift's controller. It moves the platform to the requested floor, 0 being the lowest:
 --     sim.setInt32Signal('lift.floor', 2)      -- the base's unique name; the second one is 'lift#0.floor'
 --     sim.writeCustomStringData(sim.getObject('/lift'), 'floor', '2')
--- The signal goes first, while it is set. As long as nobody asks, it visits all floors, one after another.
--- The floor at which it stands is in the custom data `at`; while it moves, that is empty.
+-- The signal takes precedence while it is set. Without a request, the lift visits all floors, one after another.
+-- The custom data `at` holds the current floor; it is empty while the lift moves.
 
-local CLOSE = 0.002      -- m, within which it has arrived
+local CLOSE = 0.002      -- m, within which the lift has arrived
 
 local function askedFor()
     local floor = sim.getInt32Signal(signal) or tonumber(sim.readCustomStringData(base, 'floor'))
@@ -27,7 +27,7 @@ function sysCall_init()
     floor, direction, arrived = 0, 1, nil
 end
 
--- The floor to go to while nobody asks: up to the highest, and down again.
+-- The next floor without a request: up to the highest, and down again.
 local function nextOnTour(now)
     if stay == 0 or #heights == 1 or not arrived or now - arrived < stay then return floor end
     if not heights[floor + 1 + direction] then direction = -direction end

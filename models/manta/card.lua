@@ -1,4 +1,4 @@
--- What is measured for the card of the Manta.
+-- Measurements for the card of the Manta.
 
 function mass()
     return measure.mass(measure.model())
@@ -18,7 +18,7 @@ function straight_speed()
     return measure.distance(from, sim.getObjectPosition(car)) / (sim.getSimulationTime() - at)
 end
 
--- Slowly in a circle: the speed of the rear axle's middle over the turning rate.
+-- Radius of a slow circle: the speed of the rear axle's middle, divided by the turning rate.
 function least_radius()
     sim.setJointTargetPosition(sim.getObject('/steer_joint'), math.rad(30))
     sim.setJointTargetVelocity(sim.getObject('/motor_joint'), 3)

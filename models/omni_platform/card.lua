@@ -1,9 +1,9 @@
--- Measures of the platform. Without its controller, wheels keep the speed that they are given.
+-- Measurements of the platform. Without its controller, the wheels hold their commanded speeds.
 
 local WHEELS = {'fl', 'fr', 'bl', 'br'}
-local TOP = 14.81        -- rad/s: greatest speed of a wheel
+local TOP = 14.81        -- rad/s: maximum speed of a wheel
 
--- Brings the wheels to their speeds, rad/s, within a second: front left, front right, back left, back right.
+-- Accelerates the wheels to their speeds, rad/s, within a second: front left, front right, back left, back right.
 local function spin(...)
     local start = sim.getSimulationTime()
     repeat
@@ -15,7 +15,7 @@ local function spin(...)
     until part == 1
 end
 
--- Returns its mean velocity over some seconds, in the world: ahead and left, m/s.
+-- Returns the mean velocity of the platform over some seconds, in the world: ahead and left, m/s.
 local function velocity(seconds)
     local base = measure.model()
     sim.wait(1)
@@ -44,7 +44,7 @@ function sideways_speed()
     return left
 end
 
--- How far it strays ahead per metre to the side.
+-- Forward deviation per metre of sideways motion.
 function sideways_stray()
     spin(-TOP, TOP, TOP, -TOP)
     local ahead, left = velocity(4)
@@ -84,14 +84,14 @@ function turning_stray()
     return measure.drift(measure.model(), 10)
 end
 
--- The speed that the encoder of the front left wheel reports, against the ground's.
+-- The speed that the encoder of the front left wheel reports, compared with the speed over ground.
 function encoder_speed()
     spin(10, 10, 10, 10)
     sim.wait(2)
     return tatu.read(sim.getObject('/base_link/encoder_fl')).velocity * 0.05
 end
 
--- Reads a wall 2 m ahead of the scanner.
+-- Measures a wall 2 m ahead of the scanner.
 function laser_distance()
     local wall = sim.createPrimitiveShape(sim.primitiveshape_cuboid, {0.1, 3, 1})
     sim.setObjectPosition(wall, {2.35, 0, 0.5})

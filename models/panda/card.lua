@@ -1,4 +1,4 @@
--- Measures of `card.toml`. All torques of motors are read at rest, without dry friction, which would carry part of the
+-- Measurements of `card.toml`. All motor torques are read at rest, without dry friction, which would carry part of the
 -- load.
 
 local READY = {0, -math.pi / 4, 0, -3 * math.pi / 4, 0, math.pi / 2, math.pi / 4}      -- rad
@@ -17,7 +17,7 @@ local function kinematics()
     return sim.getScriptFunctions(sim.getScript(sim.scripttype_simulation, sim.getObject('/panda/kinematics')))
 end
 
--- The position of the flange that the kinematics gives, m.
+-- Returns the position of the flange according to the kinematics script, m.
 local function computed(q)
     local pose = kinematics():forward(q)
     return {pose[1], pose[2], pose[3]}
@@ -47,7 +47,7 @@ function rest_drift()
     return measure.drift(flange(), 60)
 end
 
--- Joint 4 cannot reach 0, so this is the arithmetic of the kinematics, not of the simulated arm.
+-- Joint 4 cannot reach 0, so this checks the computation of the kinematics, not the simulated arm.
 function flange_zero()
     return measure.distance(computed({0, 0, 0, 0, 0, 0, 0}), {0.088, 0, 0.926})
 end
@@ -94,7 +94,7 @@ function gravity_torque_6() return gravity_torque(6) end
 gravity_torque_2_identified = gravity_torque_2
 gravity_torque_4_identified = gravity_torque_4
 
--- The speed of a joint in the middle half of its way from `low` to `high`, rad.
+-- The speed of a joint in the middle half of its travel from `low` to `high`, rad.
 local function top_speed(i, low, high)
     sim.setJointTargetPosition(joint(i), low)
     sim.wait(3)
@@ -119,7 +119,7 @@ function top_speed_5() return top_speed(5, -2.8, 2.8) end
 function top_speed_6() return top_speed(6, 0.0, 3.7) end
 function top_speed_7() return top_speed(7, -2.8, 2.8) end
 
--- The arm is straightest where the offsets of the elbow lie in one line, not at the limit of joint 4.
+-- The arm is straightest where the offsets of the elbow are collinear, not at the limit of joint 4.
 function reach()
     local most, best = 0, nil
     for q4 = -1, -0.07, 0.01 do
@@ -133,7 +133,7 @@ function reach()
     return measure.distance(sim.getObjectPosition(flange(), sim.getObject('/panda')), SHOULDER)
 end
 
--- Puts 3 kg on the flange, with the centre of mass 5 cm in front of its face.
+-- Attaches 3 kg to the flange, with the centre of mass 5 cm in front of its face.
 local function load_flange()
     local slot = sim.getObject('/panda/flange')
     local weight = sim.createPrimitiveShape(sim.primitiveshape_cuboid, {0.08, 0.08, 0.08})

@@ -1,11 +1,11 @@
--- The Panda's demonstration: it goes to the ready pose, its flange draws a circle, and then keeps still while the elbow
--- swings to both sides, which only an arm with seven axes can do.
+-- The Panda's demonstration: moves to the ready pose, draws a circle with the flange, and then holds the flange still
+-- while the elbow swings to both sides, which only an arm with seven axes can do.
 
 local READY = {0, -math.pi / 4, 0, -3 * math.pi / 4, 0, math.pi / 2, math.pi / 4}      -- rad
 local MAX_VELOCITY = {2.175, 2.175, 2.175, 2.175, 2.61, 2.61, 2.61}                    -- rad/s
 local MAX_ACCELERATION = {15, 7.5, 10, 12.5, 15, 20, 20}                               -- rad/s^2
 local MAX_JERK = {7500, 3750, 5000, 6250, 7500, 10000, 10000}                          -- rad/s^3
-local PACE = 0.3               -- part of the greatest velocities and accelerations that moves use
+local PACE = 0.3               -- fraction of the maximum velocities and accelerations that moves use
 local CIRCLE_RADIUS = 0.12     -- m
 local CIRCLE_TIME = 5          -- s
 local SWING = 0.6              -- rad: amplitude of joint 7, which swings the elbow
@@ -35,7 +35,7 @@ local function move_to(q)
     }
 end
 
--- Targets for this step: the solution nearest to where the arm is.
+-- Targets for this step: the solution nearest to the current joint angles.
 local function aim(pose, q7)
     local solutions = kinematics:inverse(pose, q7, positions())
     if #solutions == 0 then
@@ -44,7 +44,7 @@ local function aim(pose, q7)
     for i, joint in ipairs(joints) do sim.setJointTargetPosition(joint, solutions[1][i]) end
 end
 
--- Calls act(phase) in each step, with a phase that grows from 0 to 1 and begins and ends at rest.
+-- Calls act(phase) in each step, with a phase that grows from 0 to 1 and is at rest at both ends.
 local function during(seconds, act)
     local start = sim.getSimulationTime()
     local t = 0

@@ -6,16 +6,16 @@
 --     local solutions = kinematics:inverse(pose, q7, near)
 --
 -- Joints are lists of seven angles in rad. Poses are those of the flange (panda_link8) in the frame of panda_link0, as
--- {x, y, z, qx, qy, qz, qw}, m. The inverse takes the angle of joint 7 as the arm's redundancy: with it fixed, the
--- centre of the wrist is known, the elbow follows from a triangle, and the remaining angles from one equation each.
+-- {x, y, z, qx, qy, qz, qw}, m. The inverse resolves the arm's redundancy by the angle of joint 7: once it is fixed,
+-- the centre of the wrist is known, the elbow follows from a triangle, and the remaining angles from one equation each.
 
 local D1, D3, D5, DF = 0.333, 0.316, 0.384, 0.107      -- m: base to shoulder, to elbow, to wrist; joint 7 to flange
 local A4, A7 = 0.0825, 0.088                           -- m: offsets of the elbow and of the flange's axis
 local LOWER = {-2.8973, -1.7628, -2.8973, -3.0718, -2.8973, -0.0175, -2.8973}      -- rad
 local UPPER = {2.8973, 1.7628, 2.8973, -0.0698, 2.8973, 3.7525, 2.8973}            -- rad
-local SLACK = 1e-9                                     -- rad: rounding beyond a limit that is forgiven
+local SLACK = 1e-9                                     -- rad: tolerance of the limits for rounding errors
 
--- Rotation matrices are lists of nine numbers by rows.
+-- Rotation matrices are lists of nine elements in row-major order.
 local function times(a, b)
     local c = {}
     for row = 0, 6, 3 do
@@ -63,7 +63,7 @@ local function quaternion_of(m)
     local x = math.sqrt(math.max(0, 1 + m[1] - m[5] - m[9])) / 2
     local y = math.sqrt(math.max(0, 1 - m[1] + m[5] - m[9])) / 2
     local z = math.sqrt(math.max(0, 1 - m[1] - m[5] + m[9])) / 2
-    -- The largest element gives the signs of the others.
+    -- The largest element determines the signs of the others.
     if w >= x and w >= y and w >= z then
         return (m[8] - m[6]) / (4 * w), (m[3] - m[7]) / (4 * w), (m[4] - m[2]) / (4 * w), w
     elseif x >= y and x >= z then
@@ -74,13 +74,13 @@ local function quaternion_of(m)
     return (m[3] + m[7]) / (4 * z), (m[6] + m[8]) / (4 * z), z, (m[4] - m[2]) / (4 * z)
 end
 
--- Of each joint: where it is in the frame of the link before, and its quarter turn about x.
+-- For each joint: its position in the frame of the previous link, and its quarter turn about x.
 local FRAMES = {
     {{0, 0, D1}}, {{0, 0, 0}, DOWN}, {{0, -D3, 0}, UP}, {{A4, 0, 0}, UP},
     {{-A4, D5, 0}, DOWN}, {{0, 0, 0}, UP}, {{A7, 0, 0}, UP},
 }
 
---- Pose of the flange.
+--- Returns the pose of the flange.
 function forward(joints)
     local m, p = {1, 0, 0, 0, 1, 0, 0, 0, 1}, {0, 0, 0}
     for i, frame in ipairs(FRAMES) do
@@ -113,8 +113,8 @@ local function distance(a, b)
     return sum
 end
 
---- All joint angles that take the flange to `pose` with joint 7 at `q7`: a list of up to eight, nearest to `near` first
--- (default: the ready pose); empty if the pose is out of reach.
+--- Returns all joint angles that put the flange at `pose` with joint 7 at `q7`: a list of up to eight solutions,
+-- nearest to `near` first (default: the ready pose); empty if the pose is out of reach.
 function inverse(pose, q7, near)
     near = near or {0, -math.pi / 4, 0, -3 * math.pi / 4, 0, math.pi / 2, math.pi / 4}
     local m7 = matrix_of(pose[4], pose[5], pose[6], pose[7])
@@ -136,7 +136,7 @@ function inverse(pose, q7, near)
         -- The shoulder as seen from the wrist, in frame 4; its z is 0.
         local ux = -A4 * math.cos(q4) - D3 * math.sin(q4) + A4
         local uy = A4 * math.sin(q4) - D3 * math.cos(q4) - D5
-        -- Joint 6 turns v until its part along the forearm is uy.
+        -- Joint 6 rotates v until its component along the forearm is uy.
         local sine = uy / math.sqrt(v[1] ^ 2 + v[2] ^ 2)
         if math.abs(sine) <= 1 then
             local phase, first = math.atan(v[2], v[1]), math.asin(sine)
@@ -147,7 +147,7 @@ function inverse(pose, q7, near)
                 local m5 = times(times(m6, about_z(-q6)), DOWN)
                 local m4 = times(times(m5, about_z(-q5)), UP)
                 local m3 = times(times(m4, about_z(-q4)), DOWN)
-                -- m3 is a turn about z by q1, about y by q2, and about z by q3.
+                -- m3 is a rotation about z by q1, about y by q2, and about z by q3.
                 local bend = math.acos(math.min(math.max(m3[9], -1), 1))
                 for _, q2 in ipairs{bend, -bend} do
                     local q1, q3
@@ -156,7 +156,7 @@ function inverse(pose, q7, near)
                         q1 = math.atan(s * m3[6], s * m3[3])
                         q3 = math.atan(s * m3[8], -s * m3[7])
                     else
-                        -- The axes of joints 1 and 3 are one line: joint 1 stays.
+                        -- The axes of joints 1 and 3 coincide: joint 1 keeps its angle.
                         q1 = near[1]
                         q3 = math.atan(m3[4], m3[1]) - q1
                     end

@@ -19,7 +19,7 @@ function slow_speed()
     return speed(10)
 end
 
--- The sole is 0.068 m below the ankle. A foot comes down once in each cycle.
+-- The sole is 0.068 m below the ankle. Each foot touches down once per cycle.
 local function height(foot)
     return sim.getObjectPosition(foot)[3] - 0.068
 end

@@ -1,18 +1,18 @@
 -- The person walks from waypoint to waypoint. A waypoint counts as reached from a small distance, so that corners are
--- rounded. Feet stay where they are on the floor while they carry: the angles of the legs follow from where feet and
--- hips are.
+-- rounded. Feet stay in place on the floor while they carry: the angles of the legs are computed from the positions of
+-- feet and hips.
 --
--- The speed, m/s, can be changed while it runs; 0 stops:
+-- The speed, m/s, can be changed at run time; 0 stops the person:
 --     sim.writeCustomStringData(sim.getObject('/person'), 'speed', '0.6')
 
 local REACHED = 0.3          -- m, from a waypoint
-local TURNING = 1.8          -- rad/s, greatest
-local STANCE = 0.6           -- part of a cycle in which a foot is on the floor
-local LIFT = 0.07            -- m, of a foot on its way ahead
+local TURNING = 1.8          -- rad/s, maximum turning rate
+local STANCE = 0.6           -- fraction of a cycle in which a foot is on the floor
+local LIFT = 0.07            -- m, lift of a swinging foot
 local HIP_DROP = 0.035       -- m, by which the hips are lower than with straight legs
-local BOB = 0.012            -- m, up and down of the hips
+local BOB = 0.012            -- m, vertical motion of the hips
 local ARMS = 0.42            -- rad, swing of the arms at 1.2 m/s
-local STRETCH = 0.996        -- of the legs' length, at most
+local STRETCH = 0.996        -- maximum extension, as a fraction of the legs' length
 
 local function clamp(x, most)
     return math.max(-most, math.min(most, x))
@@ -52,7 +52,7 @@ local function nextWaypoint()
     end
 end
 
--- Steers to the next waypoint; slower in sharp turns. Returns how far it went.
+-- Steers to the next waypoint; slower in sharp turns. Returns the distance covered.
 local function walk(speed, dt)
     local dx, dy = waypoints[target][1] - x, waypoints[target][2] - y
     if math.sqrt(dx * dx + dy * dy) < REACHED then nextWaypoint() end
@@ -66,12 +66,12 @@ local function walk(speed, dt)
     return way
 end
 
--- Where a foot is: ahead of the hips, above the floor. `u` is its part of the cycle, `stride` the length of the cycle.
+-- Position of a foot: ahead of the hips and above the floor. `u` is the phase, 0 to 1; `stride` the length of a cycle.
 local function foot(u, stride)
     local half = STANCE * stride / 2
     if u < STANCE then return half - u * stride, 0 end
     local s = (u - STANCE) / (1 - STANCE)
-    -- It leaves and meets the floor at the floor's speed, seen from the hips.
+    -- Relative to the hips, the foot leaves and touches the floor at the floor's speed.
     local back = stride * (1 - STANCE)
     local smooth = s * s * (3 - 2 * s)
     return -half + 2 * half * smooth - back * (s - smooth), LIFT * math.sin(math.pi * s)
@@ -81,7 +81,7 @@ local function moveLeg(side, u, stride, hip)
     local ahead, up = foot(u, stride)
     local reach = STRETCH * (thigh + shin)
     local down = hip - ankle - up
-    -- What the leg does not reach, the ankle comes up: on the heel in front, on the toes behind.
+    -- If the leg is too short, the ankle is raised: the foot stands on the heel in front, on the toes behind.
     local short = 0
     if ahead * ahead + down * down > reach * reach then
         local possible = math.sqrt(reach * reach - ahead * ahead)
@@ -103,7 +103,7 @@ function sysCall_actuation()
     local dt = sim.getSimulationTimeStep()
     local speed = tonumber(sim.readCustomStringData(base, 'speed')) or 0
     local way = walk(speed, dt)
-    -- Faster people make longer steps; slow ones do not stand still on one leg.
+    -- Faster people take longer steps; at low speeds the gait fades out, so that nobody stops on one leg.
     local stride = 2 * math.sqrt(0.3 * math.max(speed, 0.05))
     pace = pace + clamp(math.min(1, speed / 0.2) - pace, 2 * dt)
     phase = (phase + way / stride) % 1

@@ -1,11 +1,11 @@
--- What is measured for the card of the Pioneer.
+-- Measurements for the card of the Pioneer.
 
 local function wheels(left, right)
     sim.setJointTargetVelocity(sim.getObject('/Pioneer_p3dx_leftMotor'), left)
     sim.setJointTargetVelocity(sim.getObject('/Pioneer_p3dx_rightMotor'), right)
 end
 
--- The mean velocity over some seconds, after two seconds for the start and the caster to swing round.
+-- The mean velocity over some seconds, after two seconds in which the robot starts and the caster swings round.
 local function mean_velocity(seconds)
     local robot = measure.model()
     sim.wait(2)
@@ -47,7 +47,7 @@ function turning_rate()
     return angle / (100 * sim.getSimulationTimeStep())
 end
 
--- A wall comes nearer by 1 mm a step, until sonar 5 sees it.
+-- A wall approaches by 1 mm per step, until sonar 5 detects it.
 function sonar_range()
     local sonar = sim.getObject('/Pioneer_p3dx_ultrasonicSensor5')
     local wall = sim.createPrimitiveShape(sim.primitiveshape_cuboid, {0.1, 2, 1})
@@ -56,7 +56,7 @@ function sonar_range()
     local at = sim.getObjectPosition(sonar)
     local turn = math.rad(10)
     for distance = 1.05, 0.9, -0.001 do
-        -- The wall stands across the line of sight.
+        -- The wall is perpendicular to the line of sight.
         local x, y = at[1] + (distance + 0.05) * math.cos(turn), at[2] - (distance + 0.05) * math.sin(turn)
         sim.setObjectPosition(wall, {x, y, 0.5})
         sim.setObjectOrientation(wall, {0, 0, -turn})

@@ -1,10 +1,10 @@
--- Measures of the quadrotor.
+-- Measurements of the quadrotor.
 
 local MASS, GRAVITY = 1.04, 9.81    -- kg, m/s^2
 
 local function rotor(i) return sim.getObject('/quadrotor/rotor_' .. (i - 1)) end
 
--- Rotor speeds, rad/s; one number for all, or four.
+-- Sets the rotor speeds, rad/s; one value for all, or four.
 local function rotors(a, b, c, d)
     for i, speed in ipairs{a, b or a, c or a, d or a} do tatu.set(rotor(i), 'propeller.speed', speed) end
 end
@@ -20,7 +20,7 @@ local function motion()
     return linear[3], angular[3]
 end
 
--- The target, once the controller has put it into the world.
+-- Returns the target, once the controller has detached it into the world.
 local function target()
     while sim.getObject('/target', {noError = true}) < 0 do sim.step() end
     return sim.getObject('/target')
@@ -45,7 +45,7 @@ function rest_drift()
     return measure.drift(measure.model(), 60)
 end
 
--- Air acts against motion: from the slopes of a velocity, after a wait and some time later, the slope at velocity 0.
+-- Aerodynamic drag opposes motion, so the slope of a velocity at velocity 0 is extrapolated from two later slopes.
 local function slopeAtRest(velocity, wait)
     local function slope()
         local from, t = velocity(), sim.getSimulationTime()
@@ -156,7 +156,7 @@ function attitude_rise()
 end
 
 function payload_error()
-    -- The controller is not told.
+    -- The controller does not know about the payload.
     tatu.set(measure.model(), 'shape.mass', MASS + 0.65)
     sim.wait(10)
     return greatestError(10)

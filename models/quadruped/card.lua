@@ -1,4 +1,4 @@
--- Measures of the quadruped; see card.toml.
+-- Measurements of the quadruped; see card.toml.
 
 local LEGS = {'FR', 'FL', 'RR', 'RL'}
 
@@ -35,7 +35,7 @@ function calf_torque()
     return sum / #LEGS
 end
 
--- The trunk hangs from nothing: it is far above the floor and falls while the leg swings.
+-- The trunk is not supported: it starts far above the floor and falls while the leg swings.
 function hip_speed()
     local trunk = measure.model()
     local position = sim.getObjectPosition(trunk)

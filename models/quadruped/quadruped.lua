@@ -1,9 +1,10 @@
 -- Trots: diagonal legs swing together, the others carry the trunk. Runs at the rate of physics steps (200 Hz by
 -- default).
 --
--- It reads the IMU, the contact sensors of the feet and the joints. Where a foot lands depends on the trunk's velocity,
--- which it estimates from the feet that stand: this is what keeps the robot up after a push. Without a command it trots
--- along a square; the custom data `command` of the base, a text "forward left turn" in m/s, m/s, rad/s, overrides that:
+-- Inputs are the IMU, the contact sensors of the feet and the joints. Footholds depend on the trunk's velocity, which
+-- is estimated from the standing feet: this keeps the robot upright after a push. Without a command, the robot trots
+-- along a square; the custom data `command` of the base, a string "forward left turn" in m/s, m/s, rad/s, overrides
+-- that:
 --     sim.writeCustomStringData(sim.getObject('/go1'), 'command', '0.2 0 0.3')
 
 local LEGS = {'FR', 'FL', 'RR', 'RL'}
@@ -12,27 +13,27 @@ local END = {1, 1, -1, -1}
 local PHASE = {0, 0.5, 0.5, 0}     -- FR with RL, FL with RR
 
 local HIP_X, HIP_Y = 0.1881, 0.04675   -- m, hip joints in the trunk's frame
-local HALF_WIDTH = 0.12675             -- m, feet beside the middle of the trunk
+local HALF_WIDTH = 0.12675             -- m, lateral distance of the feet from the middle of the trunk
 local BALL = 0.02                      -- m, radius of a foot
-local HEIGHT = 0.2648                  -- m, trunk above the centres of the feet
+local HEIGHT = 0.2648                  -- m, height of the trunk above the centres of the feet
 
-local PERIOD = 0.30                -- s, of a stride
+local PERIOD = 0.30                -- s, duration of a stride
 local DUTY = 0.55                  -- fraction of a stride in which a foot carries
 local LIFT = 0.055                 -- m, height of a swing
-local ACCELERATION = 0.6           -- m/s^2, of the commanded velocity
+local ACCELERATION = 0.6           -- m/s^2, limit for the commanded velocity
 local TURN_ACCELERATION = 2.0      -- rad/s^2
 local FASTEST = {0.4, 0.2, 0.8}    -- m/s, m/s, rad/s, limits of commands
-local SETTLE = 0.5                 -- s, stands before it begins
+local SETTLE = 0.5                 -- s, standing time before the first stride
 
-local STEP_GAIN = 0.14             -- s, shift of a landing per m/s of velocity error, near sqrt(height / g) = 0.17 s
-local STEP_LIMIT = 0.10            -- m, greatest such shift
+local STEP_GAIN = 0.14             -- s, shift of a foothold per m/s of velocity error, near sqrt(height / g) = 0.17 s
+local STEP_LIMIT = 0.10            -- m, maximum shift of a foothold
 local FILTER = 0.03                -- s, time constant of the velocity estimate
 local HEADING_GAIN = 1.5           -- 1/s, turning per rad of heading error on straight sides
-local TRIM_GAIN = 1.0              -- 1/s, of the integral that makes the estimated velocity that of the command
+local TRIM_GAIN = 1.0              -- 1/s, integral gain that drives the estimated velocity to the command
 local TRIM_LIMIT = 0.15            -- m/s and rad/s
-local RELAX = 0.15                 -- s, a standing foot returns to its height above the trunk's plane
+local RELAX = 0.15                 -- s, time constant with which a standing foot returns to its nominal height
 
-local LEAD = 0.010                 -- s, the joints' lag
+local LEAD = 0.010                 -- s, lag of the joints
 
 local SIDE_TIME = 6.0              -- s, along a side of the square
 local CORNER_TIME = 3.0            -- s, for a quarter turn
@@ -62,13 +63,13 @@ function sysCall_init()
     side_speed = tonumber(sim.readCustomStringData(robot, 'speed'))
     time, phase, heading, goal_heading = 0, 0, 0, 0
     velocity = {0, 0}              -- estimate, m/s, in the trunk's frame
-    command = {0, 0, 0}            -- forward, left, turn, after the limits of acceleration
+    command = {0, 0, 0}            -- forward, left, turn, after acceleration limits
     trim = {0, 0, 0}               -- m/s, m/s, rad/s, added to the command of the feet
     before = nil
     goals = {}
 end
 
--- The wanted command. On straight sides of the square the heading is held, so that the square does not drift.
+-- Returns the current command. On straight sides of the square, the heading is held, so that the square does not drift.
 local function wanted()
     local text = sim.readCustomStringData(robot, 'command')
     if text and text ~= '' then
@@ -98,7 +99,8 @@ local function wanted()
     return {turning and 0 or side_speed, 0, clamp(turn, -FASTEST[3], FASTEST[3])}
 end
 
--- Where the feet are, by the joints, in the trunk's frame; and the angles of hip and calf against the trunk.
+-- Positions of the feet in the trunk's frame, from the joint angles, and the angles of hip and calf relative to the
+-- trunk.
 local function measuredFeet()
     local feet = {}
     for i = 1, 4 do
@@ -110,7 +112,7 @@ local function measuredFeet()
     return feet
 end
 
--- The trunk moves by what its feet on the floor move backwards in its frame, and by what the balls of the feet roll.
+-- The trunk moves by the backward motion of the standing feet in its frame, plus the rolling of the spherical feet.
 local function estimateVelocity(feet, rate, dt)
     local sum, count = {0, 0}, 0
     for i = 1, 4 do
@@ -134,13 +136,13 @@ local function tilt(q)
     return math.atan(2 * (w * x + y * z), 1 - 2 * (x * x + y * y)), math.asin(clamp(2 * (w * y - z * x), -1, 1))
 end
 
--- Speed of the trunk above a foot at p.
+-- Velocity of the trunk above a foot at p, relative to the floor.
 local function footSpeed(p)
     local turn = command[3] + trim[3]
     return command[1] + trim[1] - turn * p[2], command[2] + trim[2] + turn * p[1]
 end
 
--- Where a swinging foot lands: half a stance ahead of its neutral place, shifted against the error of velocity.
+-- The foothold of a swinging foot: half a stance ahead of its neutral position, shifted to counter the velocity error.
 local function landing(i)
     local x, y = END[i] * HIP_X, SIDE[i] * HALF_WIDTH
     local half = DUTY * PERIOD / 2
@@ -154,7 +156,7 @@ local function moveFoot(i, roll, pitch, dt)
     local p = foot[i]
     local part = (phase + PHASE[i]) % 1
     if not walking or part < DUTY then
-        -- Carries: moves back under the trunk as fast as the trunk moves ahead.
+        -- Stance: the foot moves back under the trunk as fast as the trunk moves ahead.
         stands[i] = true
         local vx, vy = footSpeed(p)
         p[1], p[2] = p[1] - dt * vx, p[2] - dt * vy
@@ -165,12 +167,12 @@ local function moveFoot(i, roll, pitch, dt)
         stands[i], lifted[i] = false, {p[1], p[2], p[3]}
     end
     local s = (part - DUTY) / (1 - DUTY)
-    -- A cubic that leaves and reaches the floor at the speed of the floor, so that a foot that lands early does not
+    -- A cubic whose speed at lift-off and touchdown is that of the floor, so that a foot that lands early does not
     -- brake.
     local start, goal, slope = 1 + s * s * (2 * s - 3), s * s * (3 - 2 * s), s * (s - 1) * (2 * s - 1)
     local swing = (1 - DUTY) * PERIOD
     local x, y = landing(i)
-    -- Its height is measured along gravity, so that both feet land at once if the trunk is tilted.
+    -- The height is measured along gravity, so that both feet land at the same time if the trunk is tilted.
     local floor = -HEIGHT - x * math.sin(-pitch) - y * math.sin(roll)
     local vx, vy = footSpeed({x, y})
     p[1] = start * lifted[i][1] + goal * x - slope * swing * vx
@@ -178,7 +180,7 @@ local function moveFoot(i, roll, pitch, dt)
     p[3] = start * lifted[i][3] + goal * floor + LIFT * math.sin(math.pi * s) ^ 2
 end
 
--- Position and speed of the targets: without the speed, the joints would lag, and strides become shorter.
+-- Targets include the speed: without it, the joints would lag and the strides would become shorter.
 local function drive(i, target, dt)
     for k = 1, 3 do
         local speed = goals[i] and (target[k] - goals[i][k]) / dt or 0
@@ -189,7 +191,7 @@ end
 
 function sysCall_dyn(data)
     if data.afterStep then return end
-    -- The other script has begun by the first physics step, not yet when this one does.
+    -- The kinematics script may start after this one, but it has started by the first physics step.
     legs = legs or sim.getScriptFunctions(sim.getScript(sim.scripttype_simulation, kinematics))
     local dt = data.dt
     local reading = tatu.read(imu)
@@ -209,7 +211,7 @@ function sysCall_dyn(data)
         local sum = trim[k] + TRIM_GAIN * dt * (command[k] - speeds[k])
         trim[k] = walking and clamp(sum, -TRIM_LIMIT, TRIM_LIMIT) or 0
     end
-    -- It stands still only between strides.
+    -- The robot stops walking only between strides.
     local idle = want[1] == 0 and want[2] == 0 and want[3] == 0 and command[1] == 0 and command[2] == 0
     if time > SETTLE and not idle then walking = true end
     if walking then

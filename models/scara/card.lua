@@ -1,4 +1,4 @@
--- Measures of the SCARA. Without its controller, joints hold the targets that they are given.
+-- Measurements of the SCARA. Without its controller, the joints hold their targets.
 
 local NAMES = {'base_arm_motor', 'arm_motor', 'shaft_rotation_motor', 'shaft_linear_motor'}
 
@@ -10,14 +10,14 @@ local function kinematics(name, ...)
     return sim.callScriptFunction(name, sim.getScript(sim.scripttype_childscript, at('kinematics')), ...)
 end
 
--- Sends the joints to positions, rad and m, and waits until they are there.
+-- Moves the joints to positions, rad and m, and waits until they arrive.
 local function pose(positions, seconds)
     for i, name in ipairs(NAMES) do sim.setJointTargetPosition(at(name), positions[i]) end
     sim.wait(seconds or 3)
 end
 
 function mass()
-    -- The base is fixed to the world, and counts too. The gripper is not Epson's.
+    -- The base is fixed to the world, but its mass is included. The gripper is excluded, because it is not Epson's.
     return measure.mass(measure.model()) + sim.getShapeMass(measure.model())
 end
 
@@ -36,7 +36,7 @@ function bent_side()
     return sim.getObjectPosition(at('tool'))[2]
 end
 
--- Greatest speed of an arm's joint on a long way.
+-- Maximum speed of an arm's joint during a long move.
 local function top_speed(name, goal)
     local joint, greatest = at(name), 0
     sim.setJointTargetPosition(joint, -goal)
@@ -72,7 +72,7 @@ function stroke()
     return top - sim.getObjectPosition(at('tool'))[3]
 end
 
--- Greatest distance between the shaft's end and where the closed form was asked to put it, at 12 places.
+-- Maximum distance between the shaft's end and the target of the closed-form solution, at 12 positions.
 function position_error()
     local worst = 0
     for k = 0, 11 do
@@ -86,7 +86,7 @@ function position_error()
     return worst
 end
 
--- 6 kg hang on the shaft: how far it sags.
+-- Sag of the shaft under 6 kg.
 function payload_sag()
     pose({0, 0, 0, -0.1})
     local before = sim.getObjectPosition(at('tool'))[3]
@@ -99,7 +99,7 @@ function payload_sag()
     return before - sim.getObjectPosition(at('tool'))[3]
 end
 
--- The controller moves one piece of 30 g to the other tray: distance from where it should be.
+-- Position error of a piece of 30 g that the controller has moved to the other tray.
 function placed_error()
     for _, y in ipairs{0.24, -0.24} do
         local tray = sim.createPrimitiveShape(sim.primitiveshape_cuboid, {0.14, 0.2, 0.03})

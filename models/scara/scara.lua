@@ -1,15 +1,15 @@
--- Moves all pieces of a tray to the other one, one by one, and then back, for ever. It reads nothing but its joints:
--- fingers that close farther than on a piece tell it that a place is empty. The dummies `tray_a` and `tray_b` are the
--- middles of the trays.
+-- Moves all pieces of a tray to the other one, one by one, and then back, in an endless loop. The joints are the only
+-- input: fingers that close farther than on a piece indicate that a slot is empty. The dummies `tray_a` and `tray_b`
+-- are the middles of the trays.
 
-local ROWS, COLUMNS = 2, 3      -- places of a tray, along x and y of the base
-local PITCH = 0.06              -- m, between places
+local ROWS, COLUMNS = 2, 3      -- slots of a tray, along x and y of the base
+local PITCH = 0.06              -- m, between slots
 local ABOVE = 0.006             -- m, height of the finger tips above the tray when they grip
-local LIFT = 0.055              -- m, height of the finger tips above the tray on the way between places
+local LIFT = 0.055              -- m, height of the finger tips above the tray while moving between slots
 local TOOL = 0.076              -- m, from the shaft's lower end to the finger tips
 local HEADING = 0               -- rad, of the gripper in the base's frame: its fingers close along y
 local ELBOW = 1                 -- elbow to the right
-local SPEED = {4.0, 4.0, 1.7, 0.4}      -- rad/s and m/s: greatest speeds of arm 1, arm 2, the shaft's turn and slide
+local SPEED = {4.0, 4.0, 1.7, 0.4}      -- rad/s and m/s: maximum speeds of arm 1, arm 2, the shaft's turn and slide
 local OPEN, CLOSED = 0.01, 0    -- m, positions of a finger
 local EMPTY = 0.001             -- m, a finger that closes farther than this holds nothing
 local GRIP_TIME = 0.35          -- s, to open or close
@@ -25,12 +25,12 @@ function sysCall_init()
     kinematics = sim.getScript(sim.scripttype_childscript, sim.getObject(':/kinematics'))
 end
 
--- Fraction of a way after a fraction of its time, with the least jerk; its greatest speed is 1.875 times the mean.
+-- Fraction of a path after a fraction of its time, with minimum jerk; the maximum speed is 1.875 times the mean.
 local function ease(t)
     return t ^ 3 * (10 - 15 * t + 6 * t ^ 2)
 end
 
--- All joints go to their positions, and arrive at the same time.
+-- Moves all joints to their positions, so that they arrive at the same time.
 local function move(goal)
     local from, duration = {}, 0.2
     for i, joint in ipairs(joints) do
@@ -45,12 +45,12 @@ local function move(goal)
         end
         sim.step()
     until t == 1
-    -- Targets are followed half a step late; a single one is reached after two.
+    -- Targets are followed with a lag of half a step; a single target is reached after two steps.
     sim.step()
     sim.step()
 end
 
--- Joints with the finger tips over a place of a tray, at a height above its surface.
+-- Returns the joint positions with the finger tips over a slot of a tray, at a height above its surface.
 local function over(tray, row, column, height)
     local p = sim.getObjectPosition(tray, base)
     p[1] = p[1] + (row - (ROWS + 1) / 2) * PITCH
@@ -69,7 +69,7 @@ local function grip(target)
     sim.wait(GRIP_TIME)
 end
 
--- Goes to a place, opens or closes the gripper there, and comes up again.
+-- Moves to a slot, opens or closes the gripper there, and moves up again.
 local function visit(tray, row, column, target)
     move(over(tray, row, column, LIFT))
     move(over(tray, row, column, ABOVE))
@@ -88,7 +88,7 @@ function sysCall_thread()
             end
         end
         from, to = to, from
-        -- Without pieces, it does not hurry.
+        -- Without pieces, the robot moves slowly.
         sim.wait(1)
     end
 end

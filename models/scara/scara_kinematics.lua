@@ -3,8 +3,8 @@
 --     local kinematics = sim.getScript(sim.scripttype_childscript, sim.getObject(':/kinematics'))
 --     local joints = sim.callScriptFunction('inverse', kinematics, {0.4, 0.2, 0.1}, 0, 1)
 --
--- Positions are those of the shaft's lower end in the frame of the base, m; its heading is about z, rad. Joints are, in
--- this order: arm 1, arm 2, shaft's turn (rad), shaft's slide (m, 0 at the top).
+-- Positions are those of the shaft's lower end in the frame of the base, m; its heading is about z, rad. The order of
+-- joints is: arm 1, arm 2, shaft's turn (rad), shaft's slide (m, 0 at the top).
 
 local COLUMN = 0.06         -- m, axis of joint 1 ahead of the base's origin
 local ARM_1 = 0.31          -- m, from joint 1 to joint 2
@@ -17,7 +17,7 @@ local LIMITS = {
     {-0.2, 0},
 }
 
--- Position {x, y, z} and heading of the shaft's lower end.
+-- Returns the position {x, y, z} and heading of the shaft's lower end.
 function forward(joints)
     local both = joints[1] + joints[2]
     local x = COLUMN + ARM_1 * math.cos(joints[1]) + ARM_2 * math.cos(both)
@@ -25,8 +25,8 @@ function forward(joints)
     return {x, y, TOP + joints[4]}, both + joints[3]
 end
 
--- The joints for a position and a heading; nil if there are none. `elbow` is 1 for the elbow to the right of the line
--- from joint 1 to the shaft (the default), -1 for the left.
+-- Returns the joint positions for a position and a heading, or nil if there is no solution. `elbow` is 1 for the elbow
+-- to the right of the line from joint 1 to the shaft (the default), -1 for the left.
 function inverse(position, heading, elbow)
     local x, y = position[1] - COLUMN, position[2]
     local cosine = (x ^ 2 + y ^ 2 - ARM_1 ^ 2 - ARM_2 ^ 2) / (2 * ARM_1 * ARM_2)
@@ -34,7 +34,7 @@ function inverse(position, heading, elbow)
     local q2 = (elbow or 1) * math.acos(cosine)
     local q1 = math.atan(y, x) - math.atan(ARM_2 * math.sin(q2), ARM_1 + ARM_2 * math.cos(q2))
     q1 = (q1 + math.pi) % (2 * math.pi) - math.pi
-    -- Of the turns that give the heading, the one nearest to zero.
+    -- Of the shaft angles that yield the heading, the one nearest to zero.
     local q3 = (heading - q1 - q2 + math.pi) % (2 * math.pi) - math.pi
     local joints = {q1, q2, q3, position[3] - TOP}
     for i, limit in ipairs(LIMITS) do

@@ -1,6 +1,6 @@
--- Measures of the snake; see card.toml.
+-- Measurements of the snake; see card.toml.
 
-local PERIOD = math.pi     -- s, of the gait with 2 rad/s
+local PERIOD = math.pi     -- s, period of the gait with 2 rad/s
 
 -- Mean position of all modules.
 local function middle()
@@ -15,7 +15,7 @@ local function middle()
     return {sum[1] / count, sum[2] / count, sum[3] / count}
 end
 
--- Angle of a chord from the tail to the head, which swings less than the head does.
+-- Angle of the chord from the tail to the head, which swings less than the head does.
 local function heading()
     local a, b = sim.getObjectPosition(sim.getObject('/module_11')), sim.getObjectPosition(measure.model())
     return math.atan(b[2] - a[2], b[1] - a[1])

@@ -2,13 +2,13 @@
 -- from head to tail and pushes the snake ahead.
 --
 -- Amplitude A (rad), angular frequency w (rad/s), phase d (rad) and offset (rad) are the custom data `gait` of the
--- base, a text of four numbers; a script may change them at any time:
+-- base, a string of four numbers; a script may change them at any time:
 --     sim.writeCustomStringData(sim.getObject('/snake'), 'gait', '0.5 2 0.7 0.05')
--- It reads nothing but the time. With `wander`, it turns to the left at times.
+-- Its only input is the time. With `wander`, the snake turns to the left at times.
 
 local BEGIN = 2.0              -- s, in which the amplitude grows from 0
-local TURN = 0.08              -- rad, offset while it turns
-local WAY = 10.0               -- s, of straight way, and of each turn
+local TURN = 0.08              -- rad, offset while turning
+local WAY = 10.0               -- s, duration of straight sections and of turns
 local BLEND = 2.0              -- s, in which the offset changes
 
 function sysCall_init()
@@ -29,7 +29,7 @@ local function gait()
     return table.unpack(numbers)
 end
 
--- Straight and left by turns: the snake stays near the place where it began.
+-- Alternately straight and left, so that the snake stays near its starting position.
 local function wandering(t)
     return math.floor(t / WAY) % 2 == 1 and TURN or 0
 end
@@ -40,7 +40,7 @@ function sysCall_actuation()
     if wander then steer = wandering(t) end
     local dt = t - last
     last = t
-    -- The angle of the wave is summed up, so that a change of its rate does not make it jump.
+    -- The phase of the wave is integrated, so that a change of its rate does not cause a jump.
     angle = angle + rate * dt
     offset = offset + (steer - offset) * math.min(1, dt / BLEND)
     local grown = amplitude * math.min(1, t / BEGIN)

@@ -1,4 +1,4 @@
--- Stretches the terrain's mesh, or makes it anew from the list of heights.
+-- Stretches the terrain's mesh, or replaces it by one built from the list of heights.
 
 local function numbers(tag)
     local out = {}
@@ -12,7 +12,7 @@ local function stretched(surface, by)
     return {points, surface[2]}
 end
 
--- `list` has 7 numbers for each point; the third is its height. Rows follow one another.
+-- `list` has 7 numbers for each point; the third is its height. Points are ordered row by row.
 local function fromHeights(list, rows, size)
     local count = #list // 7
     local columns = count // rows
@@ -41,7 +41,7 @@ end
 function sysCall_init()
     terrain = sim.getObject(':')
     local rows = numbers('rows')[1]
-    -- A script that starts again must not stretch once more.
+    -- A restarted script must not stretch the mesh a second time.
     if sim.readCustomStringData(terrain, 'shaped') == 'yes' then return end
     local surface
     if rows > 0 then

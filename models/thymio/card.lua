@@ -1,4 +1,4 @@
--- Measures of the Thymio.
+-- Measurements of the Thymio.
 
 local AHEAD = 0.07355            -- m, from the axle to the ground sensors
 local BLACK, WHITE = {0, 0, 0}, {1, 1, 1}
@@ -8,7 +8,7 @@ local function motors(left, right)
     sim.setJointTargetVelocity(sim.getObject('/Thymio/motor_right'), right)
 end
 
--- A flat sheet on the floor, seen by the ground sensors only. `top` is the height of its upper face.
+-- Adds a flat sheet on the floor, detected by the ground sensors only. `top` is the height of its upper face.
 local function sheet(size, place, heading, color, top)
     local s = sim.createPrimitiveShape(sim.primitiveshape_cuboid, {size[1], size[2], 0.0002})
     sim.setObjectPosition(s, {place[1], place[2], top - 0.0001})
@@ -17,7 +17,7 @@ local function sheet(size, place, heading, color, top)
     return s
 end
 
--- The mean of what a spot of the ground sensors reads.
+-- The mean reading of a spot of the ground sensors.
 local function spot(index, count)
     local sum = 0
     for _ = 1, count do
@@ -33,7 +33,7 @@ local function wallAhead(x)
     return wall
 end
 
--- Where the ground sensors are, m.
+-- Position of the ground sensors, m.
 local function nose()
     local m = sim.getObjectMatrix(measure.model())
     return m[4] + AHEAD * m[1], m[8] + AHEAD * m[5]

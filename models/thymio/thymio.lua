@@ -1,16 +1,16 @@
--- The Thymio's controller: it follows a dark line that is wider than the distance of its two ground sensors, 24 mm, and
--- waits before obstacles.
+-- The Thymio's controller: follows a dark line that is wider than the distance between its two ground sensors, 24 mm,
+-- and waits in front of obstacles.
 --
--- Of a line of 45 mm both sensors are dark in its middle; the one that gets bright is on the side it has left.
+-- In the middle of a line of 45 mm, both sensors read dark; the one that turns bright has left the line on its side.
 
-local CRUISE = 7.5               -- rad/s, of at most 9.53
-local STEER = 5.0                -- rad/s that a wheel gains and the other loses, if only one sensor is bright
-local SEARCH = 3.5               -- rad/s, turning on the spot, when it has lost the line
+local CRUISE = 7.5               -- rad/s; the maximum is 9.53
+local STEER = 5.0                -- rad/s added to one wheel and subtracted from the other, if only one sensor is bright
+local SEARCH = 3.5               -- rad/s of the wheels, turning on the spot, when the line is lost
 local OBSTACLE = 2000            -- counts of one of the three sensors ahead, 68 mm
-local BRIGHT = 0.7               -- of the white floor; between it and DARK, a sensor is partly on the line
+local BRIGHT = 0.7               -- of the white floor's value; between DARK and BRIGHT, a sensor is partly on the line
 local DARK = 0.1
 
--- Distance in mm, counts of the infrared sensors: Webots' Thymio2DistanceSensor.proto, every fourth pair.
+-- Pairs of distance in mm and counts of the infrared sensors: Webots' Thymio2DistanceSensor.proto, every fourth pair.
 local TABLE = {
     {0, 4235}, {13.3, 4253}, {26.7, 3733}, {40, 2965}, {53.3, 2475}, {66.7, 2044}, {80, 1597}, {90, 1195}, {93.3, 0},
 }
@@ -41,7 +41,7 @@ local function shine(color)
     shown = color
 end
 
--- Lights the lamp of the circle on the side to which it turns: 0 is ahead, 2 on the right, 6 on the left.
+-- Lights the lamp of the circle on the side to which the robot turns: 0 is ahead, 2 on the right, 6 on the left.
 local function point(turn)
     local lamp = turn > 0.5 and 7 or turn < -0.5 and 1 or 0
     if lamp == pointed then return end
@@ -57,7 +57,7 @@ function sysCall_init()
     ahead, circle = {}, {}
     for i = 1, 3 do ahead[i] = sim.getObject(':/prox_horizontal_' .. i, {noError = true}) end
     for i = 0, 7 do circle[i] = sim.getObject(':/led_circle_' .. i) end
-    side = 1                     -- where the line was seen last: 1 left, -1 right
+    side = 1                     -- side on which the line was last detected: 1 left, -1 right
 end
 
 local function drive(cruise, turn)

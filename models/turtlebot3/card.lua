@@ -1,8 +1,8 @@
--- Measures of the TurtleBot3 Burger. Each runs in a world of its own, with a floor and the robot.
+-- Measurements of the TurtleBot3 Burger. Each one runs in a separate world that contains a floor and the robot.
 
 local function robot() return sim.getObject('/turtlebot3_burger') end
 
--- Drives straight, faster or slower by 1 m/s^2 up to a speed, so that no wheel slips.
+-- Drives straight, and accelerates or brakes by 1 m/s^2 to a speed, so that no wheel slips.
 local speed = 0
 local function accelerate(to)
     while speed ~= to do
@@ -43,7 +43,7 @@ function turning_rate()
     return (measure.angle(robot()) - from) / (sim.getSimulationTime() - start)
 end
 
--- Half of the greatest distance between any two points of the way, over more than one turn.
+-- Half of the maximum distance between any two points of the path, over more than one turn.
 function circle_radius()
     tatu.drive(robot(), 0.2, 0, 0.5)
     sim.wait(1)
@@ -87,7 +87,7 @@ local function scans(count)
         local scan = tatu.read(scanner)
         if scan.sequence ~= seen then
             seen = scan.sequence
-            list[#list + 1] = scan.distance[181]     -- 0 degrees: the first beam is that straight back
+            list[#list + 1] = scan.distance[181]     -- 0 degrees: the first beam points straight back
         end
     end
     return list

@@ -1,4 +1,4 @@
--- Wanders, and avoids what the scanner sees. Reads the scanner alone; keeps to the limits of the data sheet.
+-- Wanders, and avoids obstacles. The laser scanner is the only input; speeds stay within the limits of the data sheet.
 
 local RADIUS = 0.033            -- m, of the wheels
 local TRACK = 0.160             -- m, between the wheels
@@ -7,23 +7,23 @@ local MAX_TURN = 2.84           -- rad/s
 local MAX_ACCELERATION = 1.0    -- m/s^2
 local MAX_TURN_ACCELERATION = 8.0   -- rad/s^2
 local HALF_LANE = 0.14          -- m: half the width of the lane that must be free; the robot is 0.178 m wide
-local STOP = 0.28               -- m, from the scanner: nearer, it turns on the spot; the body's front is at 0.07
-local GO = 0.45                 -- m: on the spot, it turns until the lane is free up to here
-local SLOW = 0.80               -- m: nearer, it drives slower
-local CARE = 0.60               -- m: objects beside the lane that are nearer push it to the other side
-local SPOT_TURN = 1.2           -- rad/s, when it turns on the spot
+local STOP = 0.28               -- m: with an obstacle closer than this, the robot turns on the spot; its front is at 0.07
+local GO = 0.45                 -- m: free length of the lane that ends turning on the spot
+local SLOW = 0.80               -- m: with an obstacle closer than this, the robot slows down
+local CARE = 0.60               -- m: objects beside the lane that are closer than this push the robot to the other side
+local SPOT_TURN = 1.2           -- rad/s, when turning on the spot
 
 function sysCall_init()
     left = sim.getObject(':/wheel_left_joint')
     right = sim.getObject(':/wheel_right_joint')
     scanner = sim.getObject(':/base_scan')
-    seen = -1                   -- number of the last scan used
+    seen = -1                   -- sequence number of the last scan used
     want_speed, want_turn = 0, 0
     speed, turn = 0, 0
     side = nil                  -- 1 or -1: turning on the spot to the left or right
 end
 
--- How far the lane ahead is free (m), and how strongly objects push from the left and right (0 to 1 each).
+-- Returns the free length of the lane ahead (m), and the repulsion by objects on the left and right (0 to 1 each).
 local function look(scan)
     local free, from_left, from_right = math.huge, 0, 0
     for i, d in ipairs(scan.distance) do
@@ -42,7 +42,7 @@ end
 
 local function decide(scan)
     local free, from_left, from_right = look(scan)
-    -- A side, once chosen, is kept until the lane is free: otherwise it would swing in a corner for ever.
+    -- A chosen side is retained until the lane is free: otherwise the robot would oscillate in a corner.
     if free < STOP or (side and free < GO) then
         side = side or (from_left > from_right and -1 or 1)
         want_speed, want_turn = 0, side * SPOT_TURN

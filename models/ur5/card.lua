@@ -1,4 +1,4 @@
--- Measures of the UR5 and UR5e. Each function runs in a world of its own with a floor and the arm.
+-- Measurements of the UR5 and UR5e. Each function runs in a separate world that contains a floor and the arm.
 
 local JOINTS = {'shoulder_pan', 'shoulder_lift', 'elbow', 'wrist_1', 'wrist_2', 'wrist_3'}
 local DOWN = -math.pi / 2
@@ -21,14 +21,14 @@ local function go(angles)
     sim.wait(SETTLE)
 end
 
--- The arm may pass through itself and the floor, as some poses of the tables do.
+-- Disables collisions, because some poses of the tables pass through the arm itself and the floor.
 local function free_of_contacts()
     for _, shape in ipairs(sim.getObjectsInTree(measure.model(), sim.object_shape_type)) do
         sim.setObjectInt32Param(shape, sim.shapeintparam_respondable, 0)
     end
 end
 
--- Hangs a small body of 5 kg below the flange.
+-- Attaches a small body of 5 kg below the flange.
 local function load_flange()
     local flange = part('flange')
     local body = sim.createPrimitiveShape(sim.primitiveshape_spheroid, {0.05, 0.05, 0.05})
@@ -70,7 +70,7 @@ function rest_drift()
     return measure.drift(part('tool0'), 60)
 end
 
--- The maker's tables refer to a frame that is turned by half a turn about z: x and y change their signs here.
+-- The maker's tables refer to a frame that is rotated by half a turn about z: x and y change their signs here.
 function forward_kinematics()
     return worst_position{
         {0, 0, 0, 0, 0, 0, at = {0.81725, 0.19145, -0.00549}},

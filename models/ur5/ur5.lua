@@ -1,13 +1,13 @@
--- The demonstration of the arm: it draws a circle with the tool, or, with a gripper at its flange, moves objects from
--- one row of places to another and back.
+-- The demonstration of the arm: draws a circle with the tool, or, with a gripper at the flange, moves objects from one
+-- row of positions to another and back.
 --
--- It knows its own joint angles and nothing else. Poses are those of the flange in the frame of the foot, as 12
--- numbers; the script of the object `kinematics` converts between both.
+-- Its only input is the joint angles. Poses are those of the flange in the frame of the foot, as 12 numbers; the script
+-- of the object `kinematics` converts between poses and joint angles.
 
-local JOINT_SPEED = 1.05           -- movements of the joints: greatest speed, rad/s
-local JOINT_ACCELERATION = 1.4     -- and greatest acceleration, rad/s^2
-local TOOL_SPEED = 0.25            -- straight movements: greatest speed, m/s
-local TOOL_ACCELERATION = 1.2      -- and greatest acceleration, m/s^2
+local JOINT_SPEED = 1.05           -- movements of the joints: maximum speed, rad/s
+local JOINT_ACCELERATION = 1.4     -- movements of the joints: maximum acceleration, rad/s^2
+local TOOL_SPEED = 0.25            -- straight movements: maximum speed, m/s
+local TOOL_ACCELERATION = 1.2      -- straight movements: maximum acceleration, m/s^2
 
 local HOME = {0, -math.pi / 2, math.pi / 2, -math.pi / 2, -math.pi / 2, 0}    -- tool down, rad
 
@@ -15,13 +15,14 @@ local CIRCLE_CENTRE = {0.45, 0.11, 0.30}    -- m
 local CIRCLE_RADIUS = 0.12                  -- m
 local CIRCLE_PERIOD = 6                     -- s
 
--- Places of objects in the frame of the foot: x, y and z of their middle (m), and the turn of the gripper about the
--- vertical (rad). The rows are gripped across each other, so that each grip centres what the last one left off centre.
+-- Positions of objects in the frame of the foot: x, y and z of their middle (m), and the rotation of the gripper about
+-- the vertical (rad). The two rows are gripped in perpendicular directions, so that each grip corrects the offset of
+-- the last.
 local ROW_A = {{0.36, 0.30, 0.025, 0}, {0.46, 0.30, 0.025, 0}, {0.56, 0.30, 0.025, 0}}
 local ROW_B = {{0.45, -0.14, 0.025, math.pi / 2}, {0.45, -0.25, 0.025, math.pi / 2}, {0.45, -0.36, 0.025, math.pi / 2}}
 local CLEARANCE = 0.12                                                                -- height of approach, m
 local GRIP_TIME = 0.8                                                                 -- s
-local EMPTY = 0.05                 -- nothing is held if the gripper comes this near to its closed angle, rad
+local EMPTY = 0.05                 -- the gripper is empty if it comes this close to its closed angle, rad
 
 local joints, kinematics, gripper
 
@@ -39,8 +40,8 @@ local function command(q)
     for i, joint in ipairs(joints) do sim.setJointTargetPosition(joint, q[i]) end
 end
 
--- The time of a smooth movement over a distance, of which `progress` tells the part that is done: a polynomial of the
--- fifth degree, whose greatest speed is 1.875 and whose greatest acceleration is 5.774 in units of distance and time.
+-- Returns the duration of a smooth movement over a distance. Its `progress` is a polynomial of the fifth degree, with a
+-- maximum speed of 1.875 and a maximum acceleration of 5.774 in units of distance and duration.
 local function duration(distance, speed, acceleration)
     return math.max(1.875 * distance / speed, math.sqrt(5.774 * distance / acceleration), 0.1)
 end
@@ -71,7 +72,7 @@ local function move_joints(goal)
     end)
 end
 
--- The pose with the tool down as at home, turned about the vertical, at a position.
+-- Returns the pose at a position, with the tool down as at home, rotated about the vertical.
 local function tool_down(position, turn)
     local home, c, s = call('forward', HOME), math.cos(turn or 0), math.sin(turn or 0)
     local pose = {}
@@ -84,7 +85,7 @@ local function tool_down(position, turn)
     return pose
 end
 
--- The joint angles for a pose, near given ones.
+-- Returns the joint angles for a pose that are nearest to given ones.
 local function solve(pose, near)
     return call('nearest', pose, near)
         or error(string.format('flange at %.3f %.3f %.3f m: out of reach', pose[4], pose[8], pose[12]))
@@ -120,8 +121,8 @@ local function draw_circles()
     end
 end
 
--- The gripper below the flange, if there is one: its driven joint is the first that follows no other. `reach` is the
--- height of its frame `tcp` above the flange.
+-- Returns the gripper below the flange, if there is one: its driven joint is the first that follows no other. `reach`
+-- is the distance of its frame `tcp` from the flange.
 local function find_gripper()
     local flange = sim.getObject(':/flange')
     local tcp = sim.getObject(':/flange/tcp', {noError = true})
@@ -134,19 +135,19 @@ local function find_gripper()
     end
 end
 
--- Opens or closes the gripper, and waits until it has done so.
+-- Opens or closes the gripper, and waits until it has finished.
 local function grip(angle)
     sim.setJointTargetPosition(gripper.joint, angle)
     sim.wait(GRIP_TIME)
 end
 
--- Returns where the flange is when the gripper is at a place, and above it.
+-- Returns the positions of the flange with the gripper at an object's position, and above it.
 local function at(place)
     local low = {place[1], place[2], place[3] + gripper.reach}
     return low, {low[1], low[2], low[3] + CLEARANCE}
 end
 
--- Grips what is at a place. Returns whether there is something.
+-- Grips at a position. Returns whether an object is held.
 local function pick(place)
     local low, high = at(place)
     local turn = place[4]
@@ -167,7 +168,7 @@ local function put(place)
     move_straight(low, high, turn)
 end
 
--- Moves what is in one row into the other, then the other way, until nothing is found in either.
+-- Moves the objects of one row to the other, then back, until neither row has objects.
 local function sort_rows()
     local from, to, found = ROW_A, ROW_B, true
     while true do

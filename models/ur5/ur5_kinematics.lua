@@ -8,8 +8,8 @@
 -- Joint angles are lists of six, rad, from the foot to the flange. A pose is that of the flange (tool0) in the frame of
 -- the foot (base_link), as 12 numbers: the first three rows of a homogeneous matrix, position in m.
 
-local LIMITS = {2 * math.pi, 2 * math.pi, math.pi, 2 * math.pi, 2 * math.pi, 2 * math.pi}    -- rad, to either side
-local TINY = 1e-9                                                                            -- what counts as zero
+local LIMITS = {2 * math.pi, 2 * math.pi, math.pi, 2 * math.pi, 2 * math.pi, 2 * math.pi}    -- rad, symmetric about 0
+local TINY = 1e-9                                                                            -- tolerance for zero
 
 -- The geometry is that of the model: standard Denavit-Hartenberg parameters, m.
 local d1, a2, a3, d4, d5, d6
@@ -21,7 +21,7 @@ function sysCall_init()
     d1, a2, a3, d4, d5, d6 = table.unpack(numbers)
 end
 
--- The product of two poses.
+-- Returns the product of two poses.
 local function product(a, b)
     local c = {}
     for row = 0, 8, 4 do
@@ -34,8 +34,8 @@ local function product(a, b)
     return c
 end
 
--- The pose of frame i in frame i - 1: a turn by q about z, d along z, a along the new x, a turn about it that has the
--- given cosine and sine.
+-- The pose of frame i in frame i - 1: a rotation by q about z, a translation d along z, a translation a along the new
+-- x, and a rotation about that x with the given cosine and sine.
 local function link(q, d, a, cosine, sine)
     local c, s = math.cos(q), math.sin(q)
     return {
@@ -45,20 +45,20 @@ local function link(q, d, a, cosine, sine)
     }
 end
 
--- The frame that the maker's tables refer to is turned by half a turn about z against base_link.
+-- The reference frame of the maker's tables is rotated by half a turn about z relative to base_link.
 local function half_turn(pose)
     local p = {}
     for i = 1, 12 do p[i] = i <= 8 and -pose[i] or pose[i] end
     return p
 end
 
--- The angle in (-pi, pi].
+-- Returns the angle, wrapped to (-pi, pi].
 local function wrapped(angle)
     angle = angle % (2 * math.pi)
     return angle > math.pi and angle - 2 * math.pi or angle
 end
 
--- The arc cosine, where rounding at the border of the workspace does no harm; nil beyond it.
+-- Returns the arc cosine, tolerating rounding errors at the border of the workspace; nil beyond it.
 local function arc_cosine(x)
     if math.abs(x) > 1 + TINY then return nil end
     return math.acos(math.max(-1, math.min(1, x)))
@@ -77,7 +77,7 @@ end
 -- Appends the two elbows that reach a wrist, given the angles of base, wrist 2 and wrist 3.
 local function add_elbows(solutions, p, q1, q5, q6)
     local c1, s1, c5, s5, c6, s6 = math.cos(q1), math.sin(q1), math.cos(q5), math.sin(q5), math.cos(q6), math.sin(q6)
-    -- Shoulder, elbow and wrist 1 turn about parallel axes: the rest happens in their plane, with coordinates along
+    -- Shoulder, elbow and wrist 1 turn about parallel axes: the rest is a plane problem, with coordinates along
     -- the arm (x) and upwards (y). A direction of the tool is u x' + v y' + w z'.
     local function plane(u, v, w)
         local x = u * p[1] + v * p[2] + w * p[3]
@@ -103,11 +103,12 @@ local function add_elbows(solutions, p, q1, q5, q6)
     end
 end
 
--- Returns all joint angles that put the flange at a pose: up to 8, each angle in (-pi, pi]; none out of reach. Where
--- the axes of wrist 1 and wrist 3 are parallel, wrist 3 is free, and gets the angle `free`, default 0.
+-- Returns all joint angles that put the flange at a pose: up to 8 solutions, each angle in (-pi, pi]; an empty list out
+-- of reach. Where the axes of wrist 1 and wrist 3 are parallel, wrist 3 is free, and is set to the angle `free`,
+-- default 0.
 function inverse(pose, free)
     local p, solutions = half_turn(pose), {}
-    -- The centre of wrist 2 has the distance d4 from the plane in which the arm moves.
+    -- The centre of wrist 2 is at distance d4 from the plane in which the arm moves.
     local x, y = p[4] - d6 * p[3], p[8] - d6 * p[7]
     local aside = arc_cosine(d4 / math.sqrt(x * x + y * y))
     if not aside then return solutions end
@@ -127,8 +128,8 @@ function inverse(pose, free)
     return solutions
 end
 
--- Returns the solution that is nearest to given angles, with full turns added where they bring it nearer within the
--- limits of the joints; nil out of reach.
+-- Returns the solution that is nearest to given angles, with full turns added where that brings it nearer within the
+-- limits of the joints; nil if the pose is out of reach.
 function nearest(pose, q)
     local best, least
     for _, solution in ipairs(inverse(pose, q[6])) do

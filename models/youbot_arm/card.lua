@@ -1,4 +1,4 @@
--- Measures of the arm. Without its controller, joints hold the targets that they are given.
+-- Measurements of the arm. Without its controller, the joints hold their targets.
 
 local function at(name)
     return sim.getObject('/arm_link_0/' .. name)
@@ -12,13 +12,13 @@ local function kinematics(name, ...)
     return sim.callScriptFunction(name, sim.getScript(sim.scripttype_childscript, at('kinematics')), ...)
 end
 
--- Sends the joints to angles, rad, and waits until they are there.
+-- Moves the joints to angles, rad, and waits until they arrive.
 local function pose(angles, seconds)
     for i = 1, 5 do sim.setJointTargetPosition(joint(i), angles[i]) end
     sim.wait(seconds or 6)
 end
 
--- Brings the joints to angles evenly within some seconds.
+-- Moves the joints to angles at constant speeds within some seconds.
 local function glide(angles, seconds)
     local from, start = {}, sim.getSimulationTime()
     for i = 1, 5 do from[i] = sim.getJointTargetPosition(joint(i)) end
@@ -33,7 +33,7 @@ local UPRIGHT = {2.9496, 1.1345, -2.5482, 1.7890, 2.9234}
 local LEVEL = {2.9496, 1.1345 + math.pi / 2, -2.5482, 1.7890, 2.9234}
 
 function mass()
-    -- The foot is fixed to the world, and counts too.
+    -- The foot is fixed to the world, but its mass is included.
     return measure.mass(measure.model()) + sim.getShapeMass(measure.model())
 end
 
@@ -52,7 +52,7 @@ function level_reach()
     return sim.getObjectPosition(at('arm_link_5'))[1]
 end
 
--- Joint 1 turns half a circle; its greatest speed on the way.
+-- Maximum speed of joint 1 during half a turn.
 function joint_speed()
     sim.setJointTargetPosition(joint(1), 3.2)
     local greatest = 0
@@ -63,7 +63,7 @@ function joint_speed()
     return greatest
 end
 
--- Greatest distance between the fingers' middle and where the closed form was asked to put it, at 12 places.
+-- Maximum distance between the fingers' middle and the target of the closed-form solution, at 12 positions.
 function position_error()
     local worst = 0
     for k = 0, 11 do
@@ -77,7 +77,7 @@ function position_error()
     return worst
 end
 
--- Lifts 0.5 kg by 60 mm and holds it for 10 s: how far joint 2 is from its target.
+-- Lifts 0.5 kg by 60 mm, holds it for 10 s, and returns the distance of joint 2 from its target.
 function payload_sag()
     local weight = sim.createPrimitiveShape(sim.primitiveshape_cuboid, {0.03, 0.03, 0.03})
     sim.setShapeMass(weight, 0.5)
@@ -98,7 +98,7 @@ function payload_sag()
     return math.abs(sim.getJointPosition(joint(2)) - held[2])
 end
 
--- A cube of 50 g is carried by the controller: distance from where it should be after one turn of its demonstration.
+-- Position error of a cube of 50 g that the controller has carried, after one cycle of its demonstration.
 function carried_error()
     local cube = sim.createPrimitiveShape(sim.primitiveshape_cuboid, {0.03, 0.03, 0.03})
     sim.setShapeMass(cube, 0.05)

@@ -1,7 +1,7 @@
--- Drives the platform of the demo sideways while the arm rests with the cube on the load plate: to the left, next time
--- to the right. Wheel encoders tell how far it has come.
+-- Drives the platform of the demo sideways while the arm rests with the cube on the load plate, alternately to the left
+-- and to the right. The distance is measured by wheel encoders.
 
-local SPEED = 0.15          -- m/s, greatest
+local SPEED = 0.15          -- m/s, maximum
 local WAY = 0.5             -- m
 local RADIUS = 0.05         -- m, of a wheel
 
@@ -27,7 +27,7 @@ function sysCall_thread()
         local start = left()
         local gone = 0
         while gone < WAY - 0.001 do
-            -- Slow near both ends of the way, so that the cube does not slide.
+            -- Slow near both ends of the path, so that the cube does not slide.
             local speed = math.min(SPEED, 0.02 + 0.8 * gone, 0.01 + 0.8 * (WAY - gone))
             tatu.drive(robot, 0, side * speed, 0)
             sim.step()

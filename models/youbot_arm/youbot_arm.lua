@@ -1,15 +1,15 @@
--- Carries a small cube from the dummy `pick` to the dummy `place`, and back, for ever. It reads nothing but its joints,
--- and does not see the cube: what the fingers close on tells it whether it holds something.
+-- Carries a small cube from the dummy `pick` to the dummy `place`, and back, in an endless loop. The joints are the
+-- only input, so the cube itself is not observed: the width at which the fingers close shows whether they hold it.
 --
--- For other scripts, it writes custom data of arm_link_0: `state` is "moving" or "resting", `part` is where it has left
--- the cube: "pick", "place", or "none" as long as it has found none.
+-- For other scripts, the controller writes custom data of arm_link_0: `state` is "moving" or "resting"; `part` is the
+-- position at which the cube was put down, "pick" or "place", or "none" if the last attempt found no cube.
 
-local SPEED = 1.2           -- rad/s, greatest speed of a joint; the motors reach 1.57
-local LIFT = 0.06           -- m, height from which it goes straight down to a part
-local CLIMB = 0.12          -- m/s, greatest speed of going up and down
+local SPEED = 1.2           -- rad/s, maximum speed of a joint; the motors reach 1.57
+local LIFT = 0.06           -- m, height above a part from which the gripper moves straight down
+local CLIMB = 0.12          -- m/s, maximum vertical speed
 local DOWN = math.pi        -- rad, pitch of the gripper that points down
-local TILT = math.rad(5)    -- rad, step in which it gives up pointing down where it cannot reach otherwise
-local STEEP = math.rad(22)  -- rad, from pointing down: up to here the fingers are turned to the base's y axis
+local TILT = math.rad(5)    -- rad, step by which the gripper is tilted where it cannot reach a position pointing down
+local STEEP = math.rad(22)  -- rad, maximum tilt from vertical at which the fingers are aligned with the base's y axis
 local OPEN, CLOSED = 0.0115, 0      -- m, positions of a finger
 local EMPTY = 0.0008        -- m, a finger that closes farther than this holds nothing
 local GRIP_TIME = 0.6       -- s, to open or close
@@ -31,12 +31,12 @@ local function command(angles)
     for i, joint in ipairs(joints) do sim.setJointTargetPosition(joint, angles[i]) end
 end
 
--- Fraction of a way after a fraction of its time, with the least jerk; its greatest speed is 1.875 times the mean.
+-- Fraction of a path after a fraction of its time, with minimum jerk; the maximum speed is 1.875 times the mean.
 local function ease(t)
     return t ^ 3 * (10 - 15 * t + 6 * t ^ 2)
 end
 
--- Calls a function of the fraction of the way that is done, once per step until it is 1.
+-- Calls a function with the completed fraction of the path, once per step until it is 1.
 local function glide(duration, act)
     local start = sim.getSimulationTime()
     repeat
@@ -46,7 +46,7 @@ local function glide(duration, act)
     until t == 1
 end
 
--- All joints go to their angles and arrive at the same time.
+-- Moves all joints to their angles, so that they arrive at the same time.
 local function move(angles)
     local from, far = {}, 0
     for i, joint in ipairs(joints) do
@@ -60,8 +60,8 @@ local function move(angles)
     end)
 end
 
--- Joints for a position of the gripper. Pointing down, its fingers close along the base's y axis, or if `turned` along
--- x; level, across the arm.
+-- Returns the joint angles for a position of the gripper. Pointing down, its fingers close along the base's y axis, or
+-- along x if `turned`; level, across the arm.
 local function solve(position, pitch, turned)
     local roll = 0
     if pitch > DOWN - STEEP then
@@ -72,7 +72,7 @@ local function solve(position, pitch, turned)
     return sim.callScriptFunction('inverse', kinematics, position, pitch, roll)
 end
 
--- The steepest pitch at which the gripper reaches a position and the point above it.
+-- Returns the steepest pitch at which the gripper reaches a position and the point above it.
 local function steepest(position)
     for i = 0, 18 do
         local pitch = DOWN - i * TILT
@@ -80,7 +80,7 @@ local function steepest(position)
     end
 end
 
--- Straight up or down between two heights.
+-- Moves straight up or down between two heights.
 local function climb(position, pitch, turned, from, to)
     glide(1.875 * math.abs(to - from) / CLIMB, function(s)
         local angles = solve({position[1], position[2], position[3] + from + s * (to - from)}, pitch, turned)
@@ -93,8 +93,8 @@ local function grip(target)
     sim.wait(GRIP_TIME)
 end
 
--- Goes to a dummy, opens or closes the gripper there, and comes up again. It lets go a quarter turn from how it grips,
--- so that it takes the cube by the other sides next time, which centres it both ways.
+-- Moves to a dummy, opens or closes the gripper there, and moves up again. The gripper releases a quarter turn from the
+-- orientation in which it grips, so that the next grip is on the other sides, which centres the cube along both axes.
 local function visit(dummy, target)
     local position = sim.getObjectPosition(dummy, base)
     local pitch = steepest(position)
@@ -128,7 +128,7 @@ function sysCall_thread()
         sim.writeCustomStringData(base, 'state', 'moving')
         local done = carry(from, to)
         sim.writeCustomStringData(base, 'part', done and sim.getObjectAlias(to) or 'none')
-        -- Where there was nothing, it looks at the other place next.
+        -- If there was nothing, the other position is tried next.
         from, to = to, from
         move(HOME)
         sim.writeCustomStringData(base, 'state', 'resting')

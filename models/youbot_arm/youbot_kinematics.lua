@@ -3,7 +3,7 @@
 --     local kinematics = sim.getScript(sim.scripttype_childscript, sim.getObject(':/kinematics'))
 --     local joints = sim.callScriptFunction('inverse', kinematics, {0.20, 0.10, 0.015}, math.pi, 0)
 --
--- Positions are in the frame of arm_link_0, m. Angles of joints are those of the URDF, rad, which is folded at zero.
+-- Positions are in the frame of arm_link_0, m. Joint angles are those of the URDF, rad; at zero, the arm is folded.
 --
 -- Joints 2, 3 and 4 turn about parallel axes, so the arm is a plane mechanism that joint 1 turns about the vertical:
 --
@@ -23,7 +23,7 @@ local TIP = {0.004, 0.078}  -- m, from arm_link_5 to the point where parts are h
 local ZERO = {math.rad(170), math.rad(-65), math.rad(146), math.rad(-102.5), math.rad(167.5)}
 local LIMITS = {{0, 5.899}, {0, 2.705}, {-5.184, 0}, {0, 3.578}, {0, 5.847}}
 
--- Position {x, y, z} of the point between the fingers; heading, pitch and roll of the gripper.
+-- Returns the position {x, y, z} of the point between the fingers, and heading, pitch and roll of the gripper.
 function forward(joints)
     local heading, roll = ZERO[1] - joints[1], ZERO[5] - joints[5]
     local a = ZERO[2] + joints[2]
@@ -41,8 +41,8 @@ function forward(joints)
     return {x, y, up}, heading, pitch, roll
 end
 
--- An angle moved by whole turns as near to the middle of a joint's range as possible; nil if it is outside of the
--- range.
+-- Returns an angle shifted by whole turns as near to the middle of a joint's range as possible; nil if it is outside
+-- the range.
 local function within(angle, joint)
     local low, high = LIMITS[joint][1], LIMITS[joint][2]
     local middle = (low + high) / 2
@@ -50,11 +50,12 @@ local function within(angle, joint)
     if angle >= low - 1e-9 and angle <= high + 1e-9 then return math.max(low, math.min(high, angle)) end
 end
 
--- The joints that bring the point between the fingers to a position, with a pitch and a roll of the gripper; nil if
--- there are none. `elbow` is 1 for the elbow above the line from shoulder to wrist (the default), -1 for below.
+-- Returns the joint angles that move the point between the fingers to a position, with a pitch and a roll of the
+-- gripper, or nil if there is no solution. `elbow` is 1 for the elbow above the line from shoulder to wrist (the
+-- default), -1 for below.
 function inverse(position, pitch, roll, elbow)
     elbow = elbow or 1
-    -- The point is off the gripper's axis, and so off the arm's plane, by `side` when the gripper is rolled.
+    -- When the gripper is rolled, the point is off the gripper's axis, and therefore off the arm's plane, by `side`.
     local side = TIP[1] * math.sin(roll)
     local x, y = position[1] - COLUMN, position[2]
     local radius = math.sqrt(x ^ 2 + y ^ 2)

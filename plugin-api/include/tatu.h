@@ -1,9 +1,10 @@
-/* tatu.h: the C ABI between Tatu and its plugins, and its manual. This is the front page; the parts are below.
+/* tatu.h: the C ABI between Tatu and its plugins, and its manual. This file has the conventions that hold for all
+ * parts, and includes the parts.
  *
  * A plugin is a dynamic library that exports one symbol, `tatu_plugin`, a constant descriptor. The host reads it,
- * calls `init`, and asks for *extensions*: what the plugin offers (commands, sensors, models, script languages, ...).
- * The plugin asks the host for *services*: what the host offers (scene, readings, bodies, commands, ...). Plugins
- * never see each other; they share commands, readings, properties and schemas.
+ * calls `init`, and requests *extensions*: what the plugin offers (commands, sensors, models, script languages, ...).
+ * The plugin requests *services* from the host: what the host offers (scene, readings, bodies, commands, ...). Plugins
+ * have no direct access to each other; they share commands, readings, properties and schemas.
  *
  * `plugin-api/template/c_command/` is a plugin to start from.
  *
@@ -20,7 +21,8 @@
  *   Pose:       7 doubles: x y z, then the unit quaternion x y z w. Twist: 6 doubles: m/s, then rad/s.
  *
  * COMPATIBILITY
- *   Frozen types (values, readings, contacts) never change within an ABI major; only these are array elements or are passed by value.
+ *   Frozen types (values, readings, contacts) never change within an ABI major; only these are array elements or are
+ *   passed by value.
  *   Tables (every struct that begins with `size`) grow at the end. Set `size` to sizeof and leave unused fields zero.
  *   Lists of tables are null-terminated arrays of pointers. A field exists only if it lies within `size` and is not
  *   null: check with TATU_HAS before calling through a table that another party filled. Tables have no tail padding.
@@ -28,18 +30,18 @@
  *
  * MEMORY OF VALUES
  *   Each world has one arena, a stack. Memory from tatu_call_api.alloc and commands.alloc, and everything that results
- *   of calls point to, lives there until it is released to an earlier mark. Only callers release; the host does so when
- *   its outermost call returns. So a command may return values that a nested call gave it, unless it released in
- *   between. Memory is aligned to 16 bytes, arrays to their elements. An arena holds at most 256 MB at a time; `ptr`
- *   may be null when `len` is 0. Error texts are stored elsewhere.
+ *   of calls point to, is in this arena until it is released to an earlier mark. Only callers release memory; the host
+ *   does so when its outermost call returns. A command may therefore return values that it received from a nested call,
+ *   unless it has released them since. Memory is aligned to 16 bytes, arrays to their elements. An arena holds at most
+ *   256 MB at a time; `ptr` may be null when `len` is 0. Error texts are stored elsewhere.
  *
  * ERRORS
  *   A function that returns a negative status describes the failure in its error object. If that is empty, the host
  *   uses the error of the last failed service call, provided it has the same status: `return status;` passes it on.
  *
  * WHAT A CALL MAY USE
- *   The host tracks which call runs on which thread. It rejects what is not allowed there with TATU_ERR_BUSY and a
- *   message, and reports a breach of contract by the plugin.
+ *   The host tracks which call runs on which thread. It rejects functions that are not allowed there with TATU_ERR_BUSY
+ *   and a message, and reports a breach of contract by the plugin.
  *   measure, aim, finish, apply:                       log.write, and `random` of the batch
  *   create, destroy, configure, save, load, beams, and find, traits, order, place, keep_func, drop_func of a language:
  *                                                      functions without side effects: read, find, list, allocate
@@ -61,11 +63,11 @@
 #include "tatu/command.h"  /* commands for scripts, remote clients and other plugins */
 #include "tatu/sensor.h"   /* kinds of sensors */
 #include "tatu/actuator.h" /* kinds of actuators */
-#include "tatu/model.h"    /* robots and other things, built of objects */
+#include "tatu/model.h"    /* models: robots and other assemblies of objects */
 #include "tatu/importer.h" /* file formats */
 #include "tatu/script.h"   /* script languages */
-#include "tatu/service.h"  /* what runs beside worlds: remote APIs, bridges, views */
-#include "tatu/event.h"    /* events that it publishes */
+#include "tatu/service.h"  /* components that run beside worlds: remote APIs, bridges, views */
+#include "tatu/event.h"    /* events that the plugin publishes */
 
 /* What the host offers. */
 #include "tatu/host.h"     /* scene, bodies, readings, commands, signals, events, log, files, ... */

@@ -1,7 +1,7 @@
-//! What a plugin in Rust cannot do without `unsafe`: programs that must not compile, each with the compiler's words.
+//! Misuse that the types must prevent in safe Rust: programs that must not compile, each with the compiler's output.
 //!
-//! The words are those of the compiler in `rust-toolchain.toml`. With a new one,
-//! `TRYBUILD=overwrite cargo test -p tatu-plugin-api --test misuse` writes them anew.
+//! The output is that of the compiler in `rust-toolchain.toml`. For a new compiler, update it with
+//! `TRYBUILD=overwrite cargo test -p tatu-plugin-api --test misuse`.
 
 #[test]
 fn misuse_does_not_compile() {

@@ -21,9 +21,9 @@ from tatu_sim.gym import make_vec
 
 SCENE = "learn/avoid_walls.toml"
 ROBOT = "/Pioneer_p3dx"
-#: Vectors of weights in a generation, worlds in which each of them drives, and the number of the best of them.
+#: Number of weight vectors per generation, of worlds that evaluate each, and of the best ones that are selected.
 CANDIDATES, WORLDS, ELITE = 32, 2, 6
-#: Steps of the environment, of 0.1 s, that the first and the last generation drive.
+#: Number of environment steps, of 0.1 s each, for the first and the last generation.
 STEPS = 150, 300
 #: Seeds of the arenas of the comparison; those of training are below 1,000,000.
 UNSEEN = [1_000_000 + n for n in range(20)]
@@ -49,7 +49,8 @@ class Policy:
 
 
 def returns(env, policy: Policy, seed: int, steps: int) -> np.ndarray:
-    """What each world earns in a fixed time. A world whose robot has collided begins anew, and goes on earning."""
+    """Return the total reward of each world in a fixed time. A world whose robot has collided is reset and
+    continues."""
     observations, _ = env.reset(seed=seed)
     total = np.zeros(env.num_envs)
     for _ in range(steps):
@@ -59,7 +60,7 @@ def returns(env, policy: Policy, seed: int, steps: int) -> np.ndarray:
 
 
 def compare(env, weights: np.ndarray):
-    """Seconds until the first collision, and metres driven until then, in arenas that training has not seen."""
+    """Return the time until the first collision, s, and the distance driven until then, m, in unseen arenas."""
     policy = Policy(env, np.tile(weights, (env.num_envs, 1)))
     observations, _ = env.reset(seed=UNSEEN)
     first = np.ones(env.num_envs, dtype=bool)
@@ -76,13 +77,13 @@ def compare(env, weights: np.ndarray):
 
 
 def learn(env, seconds: float) -> np.ndarray:
-    """The mean of the distribution after training for a time of the clock."""
+    """Return the mean of the distribution after training for a time, in seconds of real time."""
     random = np.random.default_rng(0)
     mean, deviation = np.zeros(Policy.size(env)), np.ones(Policy.size(env))
     begin = last = time.monotonic()
     generation, spent = 0, 0.0
     print("generation   steps    mean   elite    best   deviation   env steps/s")
-    # No generation is begun that would probably end too late.
+    # A generation is not started if it would probably exceed the time.
     while last - begin + spent < seconds:
         steps = round(STEPS[0] + (STEPS[1] - STEPS[0]) * (last - begin) / seconds)
         weights = mean + deviation * random.normal(size=(CANDIDATES, mean.size))
@@ -90,7 +91,7 @@ def learn(env, seconds: float) -> np.ndarray:
         earned = returns(env, policy, generation * env.num_envs, steps).reshape(CANDIDATES, WORLDS).mean(axis=1)
         best = np.argsort(-earned)[:ELITE]
         mean += 0.7 * (weights[best].mean(axis=0) - mean)
-        # More than the deviation of the best, above all at first: the distribution must not become narrow too soon.
+        # The deviation is increased, mostly at first, so that the distribution does not become narrow too early.
         deviation = weights[best].std(axis=0) + 0.05 + 0.3 * 0.9**generation
         now = time.monotonic()
         spent, last = now - last, now
@@ -105,8 +106,8 @@ def learn(env, seconds: float) -> np.ndarray:
 
 def main() -> None:
     parser = argparse.ArgumentParser(description="A Pioneer learns to avoid walls.")
-    parser.add_argument("--seconds", type=float, default=300.0, help="how long it trains, by the clock (default: 300)")
-    parser.add_argument("--save", metavar="FILE", help="write the trained weights, as a file of NumPy")
+    parser.add_argument("--seconds", type=float, default=300.0, help="training time in seconds of real time (default: 300)")
+    parser.add_argument("--save", metavar="FILE", help="write the trained weights to a NumPy file")
     args = parser.parse_args()
 
     env = make_vec(SCENE, CANDIDATES * WORLDS)

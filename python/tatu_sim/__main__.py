@@ -11,8 +11,8 @@ def main() -> int:
         from ._doctor import doctor
 
         return doctor(sys.argv[2:])
-    # Python's own handler would only run after the end of the command line. Until that has installed its own, Ctrl-C ends
-    # the process.
+    # Python's handler would run only after the command line has returned. Until the command line installs its own
+    # handler, Ctrl-C ends the process.
     signal.signal(signal.SIGINT, signal.SIG_DFL)
     return _native.main(["tatu", *sys.argv[1:]], [sys.executable, "-m", "tatu_sim"])
 

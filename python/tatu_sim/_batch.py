@@ -1,4 +1,4 @@
-"""Many worlds, stepped together on all cores."""
+"""Batches of worlds, stepped together on all cores."""
 
 import os
 from typing import Any, Dict, List, Mapping, Optional, Sequence, Tuple
@@ -10,7 +10,7 @@ from ._log import tell
 from ._settings import settings, whole
 from ._world import PathLike, setup, view
 
-#: What is observed or set: the path of an object, and the name of a property or of a field of readings.
+#: An observation or action: the path of an object, and the name of a property or of a field of readings.
 Name = Tuple[str, str]
 
 
@@ -20,14 +20,14 @@ class Batch:
     Args:
         scene, text, folder, scripts, allow, plugins, files: As for `World`.
         n: Number of worlds.
-        seeds: One seed for each world; by default the scene's own seed plus the number of the world.
-        set: Changes to the scene, as for `World`. A list or array of `n` values gives each world its own; a value for
-            all worlds that is a list itself has to be given `n` times.
+        seeds: One seed for each world; by default the scene's own seed plus the index of the world.
+        set: Changes to the scene, as for `World`. A list or array of `n` values sets a value for each world; a list
+            that is a value for all worlds must be repeated `n` times.
         threads: Number of threads; by default as many as there are cores.
-        observe: What `step` returns: pairs of path and name, `[("/Robot", "object.world_pose"),
+        observe: The observations that `step` returns, as pairs of path and name: `[("/Robot", "object.world_pose"),
             ("/Robot/laser", "range_scan.ranges")]`.
-        act: What the actions of `step` set: `[("/Robot/leftMotor", "joint.target_velocity")]`.
-        quiet: Do not pass on what scripts print and log.
+        act: The properties that the actions of `step` set: `[("/Robot/leftMotor", "joint.target_velocity")]`.
+        quiet: Do not print the output and log lines of scripts.
     """
 
     def __init__(
@@ -66,7 +66,7 @@ class Batch:
         self.bind(observe, act)
 
     def bind(self, observe: Sequence[Name], act: Sequence[Name] = ()) -> None:
-        """Choose what `step` returns and what its actions set."""
+        """Set the observations that `step` returns, and the properties that its actions set."""
         pairs = [(str(path), str(name)) for path, name in observe], [(str(path), str(name)) for path, name in act]
         self._shapes = self._native.bind(*pairs)
         self.observe_size, self.act_size = (sum(int(np.prod(s, dtype=int)) for s in shapes) for shapes in self._shapes)
@@ -76,31 +76,32 @@ class Batch:
 
     @property
     def shapes(self) -> Tuple[List[Tuple[int, ...]], List[Tuple[int, ...]]]:
-        """Shapes of what is observed and of what actions set, in the order given to `bind`."""
+        """The shapes of the observations and of the actions, in the order given to `bind`."""
         return [tuple(s) for s in self._shapes[0]], [tuple(s) for s in self._shapes[1]]
 
     def step(
         self, actions: Optional[Any] = None, n: int = 1, *, worlds: Optional[np.ndarray] = None
     ) -> np.ndarray:
-        """Set the actions, do `n` steps in each world, and return the observations: an array of `self.n` rows.
+        """Set the actions, run `n` steps in each world, and return the observations, an array of `self.n` rows.
 
         Args:
-            actions: `self.n` rows of numbers, in the order of `act`; None: the last ones stay.
+            actions: `self.n` rows of numbers, in the order of `act`; None keeps the last actions.
             n: Number of steps.
             worlds: A mask of the worlds that are stepped; by default all. Observations of the others are those of
                 their last step.
 
         Returns:
-            A new array of `self.n` rows, in the order of `observe`. `self.running` tells which worlds still run.
+            A new array of `self.n` rows, in the order of `observe`. `self.running` has the worlds that are still
+            running.
         """
         if actions is not None:
             actions = np.ascontiguousarray(actions, dtype=np.float64).reshape(self.n, self.act_size)
         if worlds is not None:
             worlds = np.ascontiguousarray(worlds, dtype=bool)
             if worlds.shape != (self.n,):
-                raise ValueError(f"a mask of {self.n} worlds is expected, not an array of shape {worlds.shape}")
+                raise ValueError(f"expected a mask for {self.n} worlds, found an array of shape {worlds.shape}")
         n = whole("n", n)
-        # In parts, between which Ctrl-C is heard.
+        # Steps are run in chunks, between which Python handles Ctrl-C.
         running, told = self._native.step(actions, min(n, 64), worlds, self._out)
         for done in range(64, n, 64):
             running, more = self._native.step(None, min(n - done, 64), worlds, self._out)
@@ -112,7 +113,7 @@ class Batch:
 
     @property
     def observations(self) -> np.ndarray:
-        """Observations after the last step or reset, a copy."""
+        """A copy of the observations after the last step or reset."""
         return self._out.copy()
 
     def reset(
@@ -122,12 +123,12 @@ class Batch:
         seeds: Optional[Sequence[Optional[int]]] = None,
         sets: Optional[Sequence[Optional[Mapping[str, Any]]]] = None,
     ) -> np.ndarray:
-        """Begin anew in the worlds with these numbers, by default in all. Returns the observations of all worlds.
+        """Reset these worlds, by default all. Return the observations of all worlds.
 
         Args:
-            worlds: Numbers of worlds, or a mask.
-            seeds: A new seed for each of them; None keeps its own.
-            sets: Changes to the scene for each of them, instead of its own; None keeps its own.
+            worlds: Indices of worlds, or a mask.
+            seeds: A new seed for each of these worlds; None keeps the current one.
+            sets: Changes to the scene for each of these worlds, instead of the current ones; None keeps those.
         """
         chosen = list(range(self.n)) if worlds is None else numbers(worlds, self.n)
         for name, values in (("seeds", seeds), ("sets", sets)):
@@ -142,15 +143,15 @@ class Batch:
         return self._out.copy()
 
     def get(self, path: str, key: str) -> np.ndarray:
-        """A property of an object in each world, one row each."""
+        """Return a property of an object in all worlds, one row per world."""
         return np.array(self._native.get(path, key))
 
     def set(self, path: str, key: str, values: Sequence[Any]) -> None:
-        """Set a property of an object in each world: one value for each."""
+        """Set a property of an object in all worlds, with one value per world."""
         self._native.set(path, key, list(values))
 
     def fork(self, world: int, into: Optional[Sequence[int]] = None) -> None:
-        """Bring other worlds, by default all, into the state of one. Its seed and changes must be theirs, too."""
+        """Copy the state of one world to others, by default to all. They must have the same seed and changes."""
         others = range(self.n) if into is None else numbers(into, self.n)
         state = self._native.snapshot(world)
         self._native.restore([other for other in others if other != world], state)
@@ -158,11 +159,11 @@ class Batch:
         self._native.observe(self._out)
 
     def snapshot(self, world: int) -> bytes:
-        """The state of one world, for `restore`."""
+        """Return the state of a world, for `restore`."""
         return self._native.snapshot(world)
 
     def restore(self, worlds: Sequence[int], snapshot: bytes) -> None:
-        """Bring worlds into a state of this scene."""
+        """Restore worlds to a state of this scene."""
         chosen = numbers(worlds, self.n)
         self._native.restore(chosen, snapshot)
         self.running[chosen] = True
@@ -178,27 +179,27 @@ class Batch:
         size: Tuple[int, int] = (640, 480),
         fov: Optional[float] = None,
     ) -> np.ndarray:
-        """A picture of one world, as `World.render` makes it."""
+        """Render a picture of a world, as `World.render` does."""
         points = view(look_from, look_at)
         return self._native.render(world, camera, points, int(size[0]), int(size[1]), fov)
 
     @property
     def env(self) -> Optional[Dict[str, Any]]:
-        """The table `[env]` of the scene, if it has one."""
+        """The table `[env]` of the scene, or None if there is none."""
         return self._native.env()
 
     def hash(self) -> List[int]:
-        """Hash of the state of each world."""
+        """The hash of each world's state."""
         return self._native.hashes()
 
     @property
     def times(self) -> np.ndarray:
-        """Simulation time of each world, s."""
+        """The simulation time of each world, s."""
         return np.array(self._native.times())
 
     @property
     def dt(self) -> float:
-        """Length of a step, s."""
+        """The length of a step, s."""
         return self._native.dt()
 
     def close(self) -> None:
@@ -221,7 +222,7 @@ class Batch:
 
 
 def cores() -> int:
-    """Number of cores that this process may use."""
+    """Return the number of cores that this process may use."""
     try:
         return len(os.sched_getaffinity(0))
     except AttributeError:
@@ -229,11 +230,11 @@ def cores() -> int:
 
 
 def numbers(worlds: Any, n: int) -> List[int]:
-    """Numbers of worlds, given as numbers or as a mask."""
+    """Return the indices of worlds, which are given as indices or as a mask."""
     array = np.asarray(worlds)
     if array.dtype == bool:
         if array.shape != (n,):
-            raise ValueError(f"a mask of {n} worlds is expected, not an array of shape {array.shape}")
+            raise ValueError(f"expected a mask for {n} worlds, found an array of shape {array.shape}")
         return [int(w) for w in np.flatnonzero(array)]
     chosen = [int(w) for w in array.reshape(-1)]
     for world in chosen:
@@ -243,7 +244,7 @@ def numbers(worlds: Any, n: int) -> List[int]:
 
 
 def spread(changes: Optional[Mapping[str, Any]], n: int) -> List[Dict[str, Any]]:
-    """Changes for each of `n` worlds."""
+    """Return the changes for each of `n` worlds."""
     out: List[Dict[str, Any]] = [{} for _ in range(n)]
     for key, value in (changes or {}).items():
         each = isinstance(value, (list, tuple, np.ndarray)) and len(value) == n

@@ -5,12 +5,12 @@ from typing import Any, Dict
 
 
 def commands_of(native) -> Dict[str, Dict[str, Any]]:
-    """Declarations of all commands, by name."""
+    """Return the declarations of all commands, by name."""
     return {name: command for command in native.commands() for name in command["names"]}
 
 
 def signature(command: Dict[str, Any]) -> inspect.Signature:
-    """The signature that a command's declaration gives."""
+    """Build the signature of a command from its declaration."""
     parameters, used = [], set()
     for number, p in enumerate(command["parameters"]):
         name = p["name"] if p["name"].isidentifier() and p["name"] not in used else f"arg{number + 1}"
@@ -25,7 +25,7 @@ def signature(command: Dict[str, Any]) -> inspect.Signature:
 
 
 def docstring(command: Dict[str, Any]) -> str:
-    """The text of a command, its parameters and results."""
+    """Build the docstring of a command, with its parameters and results."""
     lines = [command["text"]]
     for title, key in (("Args:", "parameters"), ("Returns:", "returns")):
         if command[key]:
@@ -39,7 +39,7 @@ def docstring(command: Dict[str, Any]) -> str:
 
 
 class Namespace:
-    """Commands whose names begin alike, such as `sim`."""
+    """A namespace of commands, such as `sim`."""
 
     def __init__(self, world, prefix: str):
         self._world = world
@@ -62,7 +62,7 @@ class Namespace:
         command.__name__ = command.__qualname__ = name
         command.__doc__ = docstring(known[full])
         command.__signature__ = signature(known[full])
-        # Found without this function the next time.
+        # Stored as an attribute, so that `__getattr__` is not called the next time.
         self.__dict__[name] = command
         return command
 
@@ -82,7 +82,7 @@ def _near(name: str, known) -> str:
 
 
 class Namespaces:
-    """Gives a class with `call` and `_declarations` the name spaces of commands as attributes."""
+    """Adds the namespaces of commands as attributes to a class with `call` and `_declarations`."""
 
     def _known(self) -> Dict[str, Dict[str, Any]]:
         known = self.__dict__.get("_commands")

@@ -1,4 +1,4 @@
-"""`python -m tatu_sim doctor`: whether this installation works."""
+"""`python -m tatu_sim doctor`: checks whether this installation works."""
 
 import platform
 import sys
@@ -9,12 +9,12 @@ from ._files import HERE, models, scenes
 from ._native import Error, __version__
 from ._world import World
 
-#: A scene with a script, wheels and sonars, how many steps of it are run, and the hash that every machine gets.
+#: A scene with a script, wheels and sonars, the number of steps to run, and the hash that is expected on every machine.
 SCENE, STEPS, HASH = "first/pioneer_avoids_walls.toml", 200, 0x38EBB9C9559C878B
 
 
 def doctor(args: Sequence[str] = ()) -> int:
-    """Prints what is installed, and runs a scene. Returns the exit code: 0 if the scene ends in the known state."""
+    """Print the installed components, and run a scene. Return the exit code: 0 if the scene ends in the known state."""
     if args:
         print(f"usage: {sys.executable} -m tatu_sim doctor", file=sys.stderr)
         return 2
@@ -38,8 +38,8 @@ def doctor(args: Sequence[str] = ()) -> int:
     print(f"{SCENE}: opened in {1e3 * (opened - begin):.0f} ms, {simulated / (ran - opened):.0f} x real time")
     if found != HASH:
         print(
-            f"hash after {STEPS} steps: {found:016x}, but {HASH:016x} was expected: this machine computes other numbers. "
-            "Please report it, with the lines above.",
+            f"hash after {STEPS} steps: {found:016x}, but {HASH:016x} was expected: this machine computes different "
+            "results. Please report this, with the lines above.",
             file=sys.stderr,
         )
         return 1

@@ -1,6 +1,6 @@
-"""What an environment observes, sets and rewards: the table `[env]` of a scene, or a dict with the same keys.
+"""The description of an environment: the table `[env]` of a scene, or a dict with the same keys.
 
-`describe` checks such a table and returns a `Description`. Errors name the place: `[env] observe[2]: unknown key ...`.
+`describe` checks such a table and returns a `Description`. Errors start with the location: `[env] observe[2]: unknown`.
 """
 
 import difflib
@@ -12,7 +12,7 @@ import numpy as np
 
 from ._settings import toml
 
-#: How several numbers become one.
+#: Functions that reduce several numbers to one.
 REDUCTIONS = ("first", "min", "max", "sum", "mean", "norm")
 
 _SOURCE = ("object", "field", "index", "reduce", "nan", "zero")
@@ -25,21 +25,21 @@ _DRAWS = ("uniform", "log_uniform", "normal", "integers", "choice")
 
 
 class Source(NamedTuple):
-    """Numbers of one or several objects."""
+    """A property or field of one or several objects."""
 
     place: str
     objects: Tuple[str, ...]
     field: str
     index: Optional[Tuple[int, ...]]
     reduce: Optional[str]
-    #: What takes the place of NaN: a reading that has become shorter.
+    #: Replacement for NaN, which fills the rest of a reading that has become shorter.
     nan: float
-    #: What takes the place of 0, with which many sensors report that they see nothing.
+    #: Replacement for 0, by which many sensors report that they detect nothing.
     zero: Optional[float]
 
 
 class Observed(NamedTuple):
-    """Numbers of an observation: clipped to `low` and `high`, then `(x + offset) * scale`."""
+    """A part of an observation, clipped to `low` and `high`, then transformed to `(x + offset) * scale`."""
 
     source: Source
     low: float
@@ -62,7 +62,7 @@ class Term(NamedTuple):
     """A term of the reward, or a condition of the end."""
 
     place: str
-    #: None: a constant, or of the action.
+    #: None if the term is a constant or depends on the action.
     source: Optional[Source]
     action: Optional[str]
     index: Optional[Tuple[int, ...]]
@@ -73,18 +73,18 @@ class Term(NamedTuple):
 
 
 class Draw(NamedTuple):
-    """A change to the scene that is drawn at each reset."""
+    """A change to the scene that is drawn at random at each reset."""
 
     place: str
     key: str
     kind: str
-    #: Bounds, mean and deviation, or the values to choose from.
+    #: The bounds, the mean and standard deviation, or the values to choose from.
     values: Sequence[Any]
     low: Optional[float]
     high: Optional[float]
 
     def draw(self, random: np.random.Generator) -> Any:
-        """A value: a number, an array, or what is chosen."""
+        """Draw a value: a number, an array, or one of the choices."""
         if self.kind == "choice":
             return self.values[int(random.integers(len(self.values)))]
         if self.kind == "integers":
@@ -95,7 +95,7 @@ class Draw(NamedTuple):
             if self.low is not None or self.high is not None:
                 x = np.clip(x, self.low, self.high)
         elif self.kind == "log_uniform":
-            # `math`, because NumPy's own functions differ by a bit between kinds of processors.
+            # `math` is used because the last bit of NumPy's functions depends on the processor.
             log, exp = (np.vectorize(f, otypes=[float]) for f in (math.log, math.exp))
             x = exp(random.uniform(log(first), log(second)))
         else:
@@ -104,7 +104,7 @@ class Draw(NamedTuple):
 
 
 class Description(NamedTuple):
-    """An environment."""
+    """The checked description of an environment."""
 
     steps: int
     settle: int
@@ -117,15 +117,15 @@ class Description(NamedTuple):
     random: List[Draw]
 
     def limit(self, dt: float) -> Optional[int]:
-        """Number of steps of the environment after which an episode is truncated."""
+        """Return the number of environment steps after which an episode is truncated, or None."""
         return None if self.seconds is None else max(1, round(self.seconds / (dt * self.steps)))
 
 
 def describe(table: Mapping[str, Any]) -> Description:
-    """Check a table `[env]`.
+    """Check a table `[env]`, and return its description.
 
     Raises:
-        ValueError: What is wrong in it, where, and what was expected.
+        ValueError: The table is invalid. The message states the location, and what was expected.
     """
     place = "[env]"
     _known(place, table, _KEYS)
@@ -133,9 +133,9 @@ def describe(table: Mapping[str, Any]) -> Description:
     if table.get("seconds") is not None:
         seconds = _number(place, "seconds", table["seconds"])
         if seconds <= 0:
-            raise ValueError(f"{place} seconds: {seconds:g} is no time; expected a number above 0, or no such key")
+            raise ValueError(f"{place} seconds: {seconds:g} is not a duration; expected a number above 0, or no key")
     watch, where = table.get("watch") or {}, "[env.watch]"
-    _mapping(where, watch, "names with what they stand for: `pose = { object = ..., field = ... }`")
+    _mapping(where, watch, "names with their sources: `pose = { object = ..., field = ... }`")
     random, there = table.get("random") or {}, "[env.random]"
     _mapping(there, random, 'changes with distributions: `"/Robot.mass_kg" = { uniform = [8.0, 10.0] }`')
     description = Description(
@@ -164,7 +164,7 @@ def _observed(place: str, table: Mapping[str, Any]) -> Observed:
     low, high = _range(place, table, -math.inf, math.inf)
     scale = _number(place, "scale", table.get("scale", 1.0))
     if scale == 0:
-        raise ValueError(f"{place} scale: 0 makes every value 0; expected another factor, or no such entry")
+        raise ValueError(f"{place} scale: a factor of 0 makes every value 0; use another factor, or omit the entry")
     return Observed(_source(place, table), low, high, _number(place, "offset", table.get("offset", 0.0)), scale)
 
 
@@ -176,7 +176,7 @@ def _acted(place: str, table: Mapping[str, Any]) -> Acted:
             raise ValueError(f"{place}: `{key}` is missing; {expected}")
     low, high = _range(place, table, -math.inf, math.inf)
     if not (math.isfinite(low) and math.isfinite(high)):
-        raise ValueError(f"{place}: an action between {low:g} and {high:g}; expected finite bounds")
+        raise ValueError(f"{place}: the action is between {low:g} and {high:g}; expected finite bounds")
     return Acted(place, _objects(place, table), _text(place, table, "field"), low, high)
 
 
@@ -212,7 +212,7 @@ def _term(place: str, table: Mapping[str, Any]) -> Term:
 def _condition(place: str, table: Mapping[str, Any]) -> Term:
     _known(place, table, (*_SOURCE, *_TEST))
     if all(table.get(k) is None for k in _TEST):
-        raise ValueError(f"{place}: expected `above` or `below`, the value from which the episode ends")
+        raise ValueError(f"{place}: expected `above` or `below`, the bound at which the episode ends")
     return _term(place, table)
 
 
@@ -241,7 +241,7 @@ def _draw(place: str, key: str, table: Any) -> Draw:
     values = table[kind]
     low, high = (None if table.get(k) is None else _number(place, k, table[k]) for k in ("low", "high"))
     if kind != "normal" and not low is high is None:
-        raise ValueError(f"{place}: `low` and `high` belong to `normal` alone, whose values they clip")
+        raise ValueError(f"{place}: `low` and `high` are only allowed with `normal`, whose values they clip")
     if isinstance(values, np.ndarray):
         values = values.tolist()
     if not isinstance(values, (list, tuple)) or (len(values) < 1 if kind == "choice" else len(values) != 2):
@@ -250,7 +250,7 @@ def _draw(place: str, key: str, table: Any) -> Draw:
             "normal": "[mean, deviation]",
             "integers": "[lowest, highest]",
         }.get(kind, "[low, high]; for several numbers two lists of them")
-        raise ValueError(f"{place} {kind}: {values!r} is no such pair or list; expected {wanted}")
+        raise ValueError(f"{place} {kind}: {values!r} is invalid; expected {wanted}")
     if kind == "choice":
         for value in values:
             toml(value)
@@ -262,7 +262,8 @@ def _draw(place: str, key: str, table: Any) -> Draw:
         return Draw(place, key, kind, [first, second], None, None)
     first, second = (_vector(place, kind, v) for v in values)
     if np.shape(first) != np.shape(second):
-        raise ValueError(f"{place} {kind}: both need as many numbers, but have {np.size(first)} and {np.size(second)}")
+        sizes = f"{np.size(first)} and {np.size(second)} elements"
+        raise ValueError(f"{place} {kind}: both values must have the same size, but have {sizes}")
     if kind == "normal" and np.any(np.asarray(second) < 0):
         raise ValueError(f"{place} normal: the deviation {second!r} is negative; expected [mean, deviation]")
     if kind != "normal" and np.any(np.asarray(first) > np.asarray(second)):
@@ -292,7 +293,7 @@ def _known(place: str, table: Any, keys: Sequence[str]) -> None:
 
 
 def _list(table: Mapping[str, Any], key: str) -> List[Tuple[str, Any]]:
-    """Entries of a list of tables, with their places."""
+    """Return the entries of a list of tables, with their locations."""
     entries = table.get(key)
     if entries is None:
         return []
@@ -305,7 +306,7 @@ def _text(place: str, table: Mapping[str, Any], key: str) -> str:
     if key not in table:
         raise ValueError(f"{place}: `{key}` is missing; expected the name of a property or of a field of readings")
     if not isinstance(table[key], str):
-        raise ValueError(f"{place} {key}: expected a text, found {table[key]!r}")
+        raise ValueError(f"{place} {key}: expected a string, found {table[key]!r}")
     return table[key]
 
 
@@ -313,7 +314,7 @@ def _objects(place: str, table: Mapping[str, Any]) -> Tuple[str, ...]:
     given = table.get("object")
     objects = (given,) if isinstance(given, str) else tuple(given) if isinstance(given, (list, tuple)) else ()
     if not objects or not all(isinstance(o, str) for o in objects):
-        raise ValueError(f"{place}: `object` must be the path of an object, or a list of such; found {given!r}")
+        raise ValueError(f"{place}: `object` must be the path of an object, or a list of paths; found {given!r}")
     return objects
 
 
@@ -359,7 +360,7 @@ def _index(place: str, table: Mapping[str, Any]) -> Optional[Tuple[int, ...]]:
     if not isinstance(given, (list, tuple)):
         given = [given]
     if not given:
-        raise ValueError(f"{place} index: the list is empty; expected numbers from 0, or no such key for all")
+        raise ValueError(f"{place} index: the list is empty; expected indices from 0, or omit the key for all elements")
     return tuple(_count(place, "index", i, 0) for i in given)
 
 

@@ -1,7 +1,7 @@
-"""Episodes of an environment in many worlds at once; `tatu_sim.gym` makes environments of Gymnasium of it.
+"""Episodes of an environment in many worlds at once; `tatu_sim.gym` builds Gymnasium environments on top of it.
 
-Everything is computed for all worlds together, by operations in which a row does not depend on the others: `n` worlds
-give the same bits as each of them alone.
+All worlds are computed together, by operations in which each row is independent of the others: the results for a world
+are bit-identical to those of the same world alone.
 """
 
 import re
@@ -14,15 +14,15 @@ from ._env import Description, Observed, Source, Term, describe
 from ._native import Error
 from ._world import PathLike
 
-#: Of observations, actions (clipped, `float64`) and what is watched, in all worlds: one value for each world.
+#: A function of observations, actions (clipped, `float64`) and watched values of all worlds; returns a value per world.
 Function = Callable[[np.ndarray, np.ndarray, Dict[str, np.ndarray]], np.ndarray]
 
 
 class Began(NamedTuple):
-    """How the episode of a world began."""
+    """The initial conditions of a world's episode."""
 
     seed: int
-    #: All changes to the scene, drawn or not.
+    #: All changes to the scene, both fixed and random ones.
     changes: Dict[str, Any]
 
 
@@ -35,8 +35,8 @@ class Episodes:
         env: Keys that replace those of the scene's table `[env]`; None removes one.
         set: Changes to the scene, the same for all worlds.
         threads: Number of threads.
-        reward, end: Functions that are added to the terms of the table.
-        dtype: Of observations and actions.
+        reward, end: Functions whose values are added to the terms of the table.
+        dtype: Type of observations and actions.
     """
 
     def __init__(
@@ -63,7 +63,7 @@ class Episodes:
         self._reward, self._end = reward, end
         self._set = dict(set or {})
         self._began: List[Optional[Began]] = [None] * n
-        # A list is for all worlds, here.
+        # Here, a list is a single value for all worlds.
         for_each = {key: [value] * n for key, value in self._set.items()}
         self.batch = Batch(
             scene,
@@ -78,13 +78,13 @@ class Episodes:
             threads=threads,
             quiet=quiet,
         )
-        #: Steps of the current episode in each world.
+        #: Number of steps of the current episode in each world.
         self.elapsed = np.zeros(n, dtype=np.int64)
         try:
             self.description = self._described(env)
             self._bind(self.description)
             if self.description.random:
-                # A change that the scene does not take is found now, and not in the first reset.
+                # Random changes are tried once, so that invalid ones are reported now and not in the first reset.
                 with _Place("[env.random]"):
                     self.begin([0], [np.random.default_rng(0)])
         except BaseException:
@@ -99,26 +99,26 @@ class Episodes:
     def _described(self, env: Optional[Mapping[str, Any]]) -> Description:
         table = self.batch.env
         if table is None and env is None:
-            raise ValueError("the scene has no table [env], which describes the environment; write one, or give `env=`")
+            raise ValueError("the scene has no table [env], which describes the environment; add one, or pass `env=`")
         if env is not None and not isinstance(env, Mapping):
             raise ValueError(f"`env` is a {type(env).__name__}; expected a dict with the keys of the table [env]")
         both = {**(table or {}), **(env or {})}
         return describe({key: value for key, value in both.items() if value is not None})
 
     def _bind(self, d: Description) -> None:
-        """Find all numbers in the worlds."""
+        """Look up all sources and actions in the worlds."""
         terms = [*d.reward, *d.end]
         sources = [o.source for o in d.observe] + [t.source for t in terms if t.source] + list(d.watch.values())
         names = dict.fromkeys((path, s.field) for s in sources for path in s.objects)
         acted = [((path, a.field), a) for a in d.act for path in a.objects]
-        # One by one, so that errors name the place.
+        # One by one, so that errors can state the location.
         for s in sources:
             with _Place(s.place):
                 self.batch.bind([(path, s.field) for path in s.objects])
         for name, a in acted:
             with _Place(a.place):
                 self.batch.bind([name], [name])
-                # Setting what it is tells whether it can be set at all.
+                # Sets the current value, to find out whether the property can be set.
                 self.batch.step(self.batch.observations, 0)
         self.batch.bind(list(names), [name for name, _ in acted])
         seen, set_ = self.batch.shapes
@@ -127,7 +127,7 @@ class Episodes:
         at = {name: np.arange(starts[i], starts[i + 1]) for i, name in enumerate(names)}
         self._observe = Observer([(o, Numbers(o.source, at)) for o in d.observe], self.dtype)
         sizes = [int(np.prod(shape, dtype=int)) for shape in set_]
-        #: Bounds of the numbers of an action.
+        #: Bounds of the elements of an action.
         self.act_low = np.repeat([a.low for _, a in acted], sizes)
         self.act_high = np.repeat([a.high for _, a in acted], sizes)
         self._terms = [Value(t, at, len(self.act_low)) for t in d.reward]
@@ -136,7 +136,7 @@ class Episodes:
 
     @property
     def observe_bounds(self) -> Tuple[np.ndarray, np.ndarray]:
-        """Least and greatest observations."""
+        """Return the bounds of the observations."""
         return self._observe.least, self._observe.greatest
 
     # ----------------------------------------------------------------------------------------------------- the episodes
@@ -144,9 +144,9 @@ class Episodes:
     def begin(
         self, worlds: Sequence[int], randoms: Sequence[np.random.Generator], extra: Optional[Mapping[str, Any]] = None
     ) -> List[Dict[str, Any]]:
-        """Begin episodes in these worlds, and return their infos. What is random is drawn from their generators.
+        """Start episodes in these worlds, and return their infos. Random values are drawn from the worlds' generators.
 
-        Drawn are the seed of the world, and then the changes of `[env.random]` in their order.
+        The seed of the world is drawn first, then the changes of `[env.random]` in their order.
         """
         for world, random in zip(worlds, randoms):
             seed = int(random.integers(1 << 53))
@@ -163,17 +163,17 @@ class Episodes:
         return [{"seed": b.seed, **({"random": {k: b.changes[k] for k in keys}} if keys else {})} for b in began]
 
     def observe(self) -> np.ndarray:
-        """Observations in all worlds."""
+        """Return the observations of all worlds."""
         return self._observe(self.batch._out, gaps=True)
 
     def advance(
         self, actions: np.ndarray, worlds: Optional[np.ndarray] = None
     ) -> Tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-        """Do a step of the environment in the worlds of a mask, by default in all.
+        """Run a step of the environment in the worlds of a mask, by default in all.
 
         Returns:
-            Observations, rewards, whether the episode has ended, and whether it was cut off, in all worlds; worlds that
-            were not stepped have the reward 0, and have neither ended nor been cut off.
+            Observations, rewards, and whether the episode was terminated or truncated, for all worlds. For worlds that
+            were not stepped, the reward is 0, and the episode counts as neither terminated nor truncated.
         """
         given = np.asarray(actions, dtype=np.float64).reshape(self.n, -1)
         if given.shape[1] != len(self.act_low):
@@ -219,7 +219,7 @@ class Episodes:
         return values
 
     def picture(self, world: int, camera: Optional[str], size: Tuple[int, int]) -> np.ndarray:
-        """A picture of a world."""
+        """Render a picture of a world."""
         return self.batch.render(world, camera, size=size)
 
     def close(self) -> None:
@@ -234,7 +234,7 @@ class Episodes:
 
 
 class _Place:
-    """Tells where the description is wrong, if the simulator refuses a part of it."""
+    """Adds the location in the description to errors of the simulator."""
 
     def __init__(self, place: str):
         self.place = place
@@ -244,7 +244,7 @@ class _Place:
 
     def __exit__(self, _kind: Any, error: Any, _trace: Any) -> None:
         if isinstance(error, Error):
-            # It is the same in all worlds.
+            # The error is the same in all worlds, so the index is removed.
             text = re.sub("^world 0: ", "", getattr(error, "text", None) or str(error))
             raise ValueError(f"{self.place}: {text}") from error
 
@@ -253,7 +253,7 @@ class _Place:
 
 
 class Numbers:
-    """Picks the numbers of a source out of those that a batch observes: one row for each world."""
+    """Selects the values of a source from the observations of a batch, with one row per world."""
 
     def __init__(self, source: Source, at: Mapping[Tuple[str, str], np.ndarray]):
         columns = []
@@ -275,7 +275,7 @@ class Numbers:
             raise ValueError(f"{source.place} reduce: `{source.field}` has no numbers")
 
     def __call__(self, numbers: np.ndarray, gaps: bool) -> np.ndarray:
-        """`gaps`: whether there may be NaN among the numbers."""
+        """Return the values of the source; `gaps` is set if there may be NaN among the observations."""
         x = numbers.take(self.columns, axis=1)
         if gaps:
             x[np.isnan(x)] = self.nan
@@ -285,7 +285,8 @@ class Numbers:
 
 
 def reduced(x: np.ndarray, how: str) -> np.ndarray:
-    """One number for each row. Rows are contiguous, so that each is summed in the same order, however many there are."""
+    """Reduce each row to a number. Rows must be contiguous, so that the order of summation does not depend on their
+    number."""
     if how == "first":
         return x[:, 0].copy()
     if how == "min":
@@ -299,7 +300,7 @@ def reduced(x: np.ndarray, how: str) -> np.ndarray:
 
 
 class Observer:
-    """Makes observations of the numbers of a batch."""
+    """Converts the observations of a batch to those of the environment."""
 
     def __init__(self, parts: List[Tuple[Observed, Numbers]], dtype: np.dtype):
         self.dtype = dtype
@@ -314,7 +315,7 @@ class Observer:
         zero = each(np.nan if pick.zero is None else pick.zero for _, pick in parts)
         self.zero = None if np.isnan(zero).all() else zero
         self.has_zero = ~np.isnan(zero)
-        # All are taken at once if none is reduced.
+        # If no part is reduced, all are selected in a single operation.
         plain = all(pick.reduce is None for _, pick in parts)
         self.columns = np.concatenate([pick.columns for _, pick in parts]) if plain else None
         self.picks = [pick for _, pick in parts]
@@ -341,20 +342,20 @@ class Observer:
 
 
 class Value:
-    """A term of the reward, or a condition of the end, in all worlds."""
+    """Evaluates a term of the reward, or a condition of the end, in all worlds."""
 
     def __init__(self, term: Term, at: Mapping[Tuple[str, str], np.ndarray], actions: int):
         self.term = term
         self.pick = None if term.source is None else Numbers(term.source, at)
         self.columns = None
         if self.pick is not None and self.pick.size != 1:
-            found = f"`{term.source.field}` stands for {self.pick.size} numbers, but one is needed"
-            raise ValueError(f"{term.place}: {found}; choose it by `index`, or combine them by `reduce`")
+            found = f"`{term.source.field}` has {self.pick.size} values, but a single one is required"
+            raise ValueError(f"{term.place}: {found}; select one by `index`, or combine them by `reduce`")
         if term.action is not None:
             self.columns = np.arange(actions) if term.index is None else np.array(term.index)
             if max(self.columns) >= actions:
                 expected = f"expected indices from 0 to {actions - 1}"
-                raise ValueError(f"{term.place} index: an action has {actions} numbers; {expected}")
+                raise ValueError(f"{term.place} index: the size of an action is {actions}; {expected}")
 
     def _value(self, numbers: np.ndarray, actions: np.ndarray, gaps: bool) -> np.ndarray:
         if self.pick is not None:
@@ -362,7 +363,7 @@ class Value:
         return reduced(actions.take(self.columns, axis=1), self.term.action)
 
     def holds(self, numbers: np.ndarray, actions: np.ndarray, gaps: bool) -> np.ndarray:
-        """Whether the value is within the bounds of the term."""
+        """Return whether the value is within the bounds of the term, for each world."""
         return self._within(self._value(numbers, actions, gaps))
 
     def _within(self, x: np.ndarray) -> np.ndarray:
@@ -372,7 +373,7 @@ class Value:
         return x > above if below is None else (x > above) & (x < below)
 
     def reward(self, numbers: np.ndarray, actions: np.ndarray, gaps: bool) -> Any:
-        """The term times its weight."""
+        """Return the value of the term times its weight, for each world."""
         term = self.term
         if self.pick is None and self.columns is None:
             return term.weight * term.constant

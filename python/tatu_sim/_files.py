@@ -12,7 +12,7 @@ _SUFFIXES = (".toml", ".ttt", ".urdf")
 
 
 def scenes() -> List[str]:
-    """Names of the scenes that come with the package; `World` takes them as they are."""
+    """Return the names of the scenes that come with the package; `World` accepts them instead of a path."""
     found = set()
     for folder in map(Path, _native.folders("scenes")):
         found.update(
@@ -22,6 +22,6 @@ def scenes() -> List[str]:
 
 
 def models() -> List[str]:
-    """Names of the models that come with the package; `model = NAME` in a scene places them."""
+    """Return the names of the models that come with the package; scenes use them by `model = NAME`."""
     folders = [Path(folder) for folder in _native.folders("models")]
     return sorted({path.name for folder in folders for path in folder.iterdir() if (path / "model.toml").is_file()})

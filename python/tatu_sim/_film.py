@@ -5,14 +5,14 @@ from pathlib import Path
 
 
 class Film:
-    """A page that plays a run. In a notebook it is shown; elsewhere, `save` writes it."""
+    """A page that plays a run. Notebooks display it; `save` writes it to a file."""
 
     def __init__(self, file: Path, width: int, height: int):
         self.page = file.read_text(encoding="utf-8")
         self.width, self.height = width, height
 
     def save(self, file) -> None:
-        """Write the page, a file `.html` that any browser plays from the disk."""
+        """Write the page to an `.html` file, which any browser can play from disk."""
         if Path(file).suffix not in (".html", ".htm"):
             raise ValueError(f"{file}: a film is a page; expected a name that ends in `.html`")
         Path(file).write_text(self.page, encoding="utf-8")

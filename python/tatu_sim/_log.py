@@ -1,4 +1,4 @@
-"""What worlds print and log."""
+"""Output of worlds."""
 
 import logging
 import sys
@@ -9,9 +9,9 @@ _LEVELS = {"error": logging.ERROR, "warning": logging.WARNING, "debug": logging.
 
 
 def tell(level, code, text, prefix=""):
-    """Passes a line on: what scripts print to `sys.stdout`, warnings and errors to the logger `tatu_sim`."""
+    """Write a line: output of scripts to `sys.stdout`, warnings and errors to the logger `tatu_sim`."""
     if level == "print":
-        # `sys.stdout` is looked up anew, because notebooks and tests replace it.
+        # `sys.stdout` is looked up each time, because notebooks and tests replace it.
         print(prefix + text, file=sys.stdout)
     else:
         logger.log(_LEVELS[level], "%s%s%s", prefix, f"[{code}] " if code else "", text)

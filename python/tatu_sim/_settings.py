@@ -1,4 +1,4 @@
-"""Changes to a scene, as the command line's `--set` takes them, and the numbers that worlds are made with."""
+"""Formats changes to a scene for the command line's `--set`, and checks seeds and other integers."""
 
 import json
 import operator
@@ -6,7 +6,7 @@ from typing import Any, List, Mapping, Optional
 
 
 def toml(value: Any) -> str:
-    """A value as TOML."""
+    """Format a value as TOML."""
     if isinstance(value, bool):
         return "true" if value else "false"
     if isinstance(value, str):
@@ -20,13 +20,13 @@ def toml(value: Any) -> str:
     if isinstance(value, int):
         return str(int(value))
     if isinstance(value, float):
-        # `repr` gives back the same number; TOML writes these as words, too.
+        # `repr` preserves the exact value; infinities and NaN have the same spelling in TOML.
         return repr(float(value))
     raise TypeError(f"a {type(value).__name__} cannot be written as TOML; expected a number, text, bool, list or dict")
 
 
 def whole(name: str, value: Any, least: int = 0) -> int:
-    """A whole number that the native part can take: one of 64 bits without a sign."""
+    """Convert a value to an integer that fits into the native part's unsigned 64-bit type."""
     try:
         number = operator.index(value)
     except TypeError:
@@ -37,5 +37,5 @@ def whole(name: str, value: Any, least: int = 0) -> int:
 
 
 def settings(changes: Optional[Mapping[str, Any]]) -> List[str]:
-    """A dict of changes, such as `{"/Robot.mass_kg": 2.0}`, as settings."""
+    """Convert a dict of changes, such as `{"/Robot.mass_kg": 2.0}`, to settings."""
     return [f"{key}={toml(value)}" for key, value in (changes or {}).items()]

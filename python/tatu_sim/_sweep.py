@@ -1,4 +1,4 @@
-"""Many runs of a scene, in this process, in a pool of processes or on many machines."""
+"""Sweeps: many runs of a scene, in this process, in a process pool or on many machines."""
 
 import hashlib
 import json
@@ -17,7 +17,7 @@ from ._world import setup
 
 __all__ = ["CheckError", "Job", "Rows", "sweep"]
 
-# Not `json.dumps`, which makes an encoder for each call.
+# Reused, because `json.dumps` would create an encoder for each call.
 _encode = json.JSONEncoder(ensure_ascii=False, allow_nan=False).encode
 
 
@@ -29,8 +29,8 @@ class Job:
         seconds: Simulation time to run.
         seed: Seed of all random numbers; None: the scene's own.
         set: Changes to the scene, as for `World`: `{"/Robot.mass_kg": 9.5}`.
-        metrics: Numbers that are taken of the run, as in sweep files: `{"way": {"object": "/Robot", "field":
-            "object.world_pose", "index": 0, "over": "way"}}`.
+        metrics: Metrics of the run, as in sweep files: `{"way": {"object": "/Robot", "field": "object.world_pose",
+            "index": 0, "over": "way"}}`.
     """
 
     seconds: float
@@ -55,36 +55,37 @@ def sweep(
     record: Optional[PathLike] = None,
     progress: Optional[bool] = None,
 ) -> Rows:
-    """Run a scene many times, and return a row for each different job, sorted by key.
+    """Run a scene many times, and return a row for each distinct job, sorted by key.
 
     The rows do not depend on the executor, apart from wall times, hosts and processes: see `Rows.without_machine`.
 
     Args:
         jobs: `Job`s or dicts with the same keys; or a sweep file, which names its scene.
-        scene, text, folder, set, scripts: As for `World`; in all jobs.
+        scene, text, folder, set, scripts: As for `World`, for all jobs.
         executor: None: one job after the other in this process. Any `concurrent.futures.Executor`, such as
             `ProcessPoolExecutor()`. `"ray"`: the Ray cluster that `ray.init()` finds; see also `ray_executor`.
-        output: A file of rows, `.jsonl` or `.parquet`, which is filled while the sweep runs. Jobs whose rows it has
-            already are not run again, so that the same call continues a sweep that was ended.
-        check: The share of the jobs that are run twice, on another worker if there is one, and must give the same row.
-        check_seed: Seed by which these are drawn.
-        on_error: What a job that fails does: `"raise"` its error, which ends the sweep, or give a `"row"` with `error`.
+        output: A file of rows, `.jsonl` or `.parquet`, which is filled while the sweep runs. Jobs whose rows it already
+            contains are not run again, so that the same call continues an interrupted sweep.
+        check: The fraction of jobs that are run twice, on different workers if possible, and must yield the same row.
+        check_seed: Seed for the random choice of these jobs.
+        on_error: The effect of a failed job: `"raise"` raises its error and ends the sweep, `"row"` adds a row with
+            `error`.
         record: A folder in which each worker writes a log of each run, KEY.log, for `tatu run --replay`.
-        progress: Show a line on the standard error output; by default on a terminal.
+        progress: Show a progress line on standard error; by default on a terminal.
 
     Raises:
         Error: The scene or a job is invalid.
-        CheckError: A job that was run twice gave different rows.
+        CheckError: A job that was run twice yielded different rows.
     """
     if on_error not in ("raise", "row"):
         raise ValueError(f'`on_error` is {on_error!r}; expected "raise" or "row"')
     if not 0.0 <= check <= 1.0:
-        raise ValueError(f"a share of {check} of the jobs cannot be run again; expected `check` from 0 to 1")
+        raise ValueError(f"`check` is {check}; expected a fraction from 0 to 1")
     if isinstance(executor, str) and executor != "ray":
         raise ValueError(f'there is no executor {executor!r}; expected "ray" or an executor of concurrent.futures')
     if isinstance(jobs, (str, os.PathLike)):
         if scene is not None or text is not None:
-            raise TypeError("a sweep file names its scene; expected neither `scene` nor `text` besides")
+            raise TypeError("a sweep file names its scene; `scene` and `text` must not be given")
         scene, texts = _native.plan(os.fspath(jobs))
     else:
         texts = map(job_json, jobs)
@@ -104,7 +105,7 @@ def sweep(
 
             executor = own = ray_executor()
         run = Run(bundle, executor, out, on_error, record)
-        # Workers open the scene while jobs are read here.
+        # The workers open the scene while the jobs are being read here.
         run.warm_up()
         keys, planned = plan(bundle, texts, check, check_seed)
         rows: Dict[str, Row] = {}
@@ -126,7 +127,7 @@ def sweep(
 
 
 def plan(bundle: Bundle, texts: Iterable[str], check: float, check_seed: int) -> Tuple[List[str], Dict[str, Planned]]:
-    """Keys in the order of the jobs, and each different job."""
+    """Return the keys in the order of the jobs, and the distinct jobs."""
     native = opened(bundle)
     keys: List[str] = []
     planned: Dict[str, Planned] = {}
@@ -142,13 +143,13 @@ def plan(bundle: Bundle, texts: Iterable[str], check: float, check_seed: int) ->
 
 
 def drawn(key: str, share: float, seed: int) -> bool:
-    """Whether a job is among the share that is run again. It depends on nothing but its key and the seed."""
+    """Return whether a job is run twice, which depends only on its key and the seed."""
     digest = hashlib.sha256(f"{seed}:{key}".encode()).digest()
     return int.from_bytes(digest[:8], "big") < share * 2**64
 
 
 def job_json(job: Union[Job, Mapping[str, Any]]) -> str:
-    """A job as JSON."""
+    """Encode a job as JSON."""
     if isinstance(job, Job):
         job = vars(job)
     if not isinstance(job, _Mapping):
@@ -160,7 +161,7 @@ def job_json(job: Union[Job, Mapping[str, Any]]) -> str:
 
 
 def _simple(value: Any, where: str) -> Any:
-    """A value of the types that JSON has; NumPy's become Python's."""
+    """Convert a value to types that JSON supports; NumPy types become Python types."""
     if isinstance(value, _Mapping):
         return {str(k): _simple(v, k) for k, v in value.items()}
     if hasattr(value, "tolist"):
@@ -175,7 +176,7 @@ def _simple(value: Any, where: str) -> Any:
 
 
 def restored(row: Row, text: str) -> Row:
-    """A row of a file with the parameters as the job has them: a table holds 8 among 8.5 and 9.5 as 8.0."""
+    """Return a row of a file with the parameters of the job, since a column with 8, 8.5 and 9.5 stores 8 as 8.0."""
     job = json.loads(text)
     row = {**row, "seed": job.get("seed"), "set": job.get("set") or {}}
     metrics = row.get("metrics") or {}

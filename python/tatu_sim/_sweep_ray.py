@@ -1,4 +1,4 @@
-"""Ray as an executor of sweeps."""
+"""An executor that runs the jobs of sweeps on Ray."""
 
 import os
 from concurrent.futures import Executor, Future, InvalidStateError
@@ -18,21 +18,21 @@ def ray_executor(
     scheduling_strategy: Any = "SPREAD",
     **init: Any,
 ) -> "RayExecutor":
-    """An executor that runs jobs on a Ray cluster, whose machines all have `tatu_sim` of this version.
+    """Create an executor that runs jobs on a Ray cluster, on whose machines this version of `tatu_sim` is installed.
 
     Args:
         address: The cluster, such as `"10.0.0.1:6379"`; by default the one that `ray.init()` finds, or a new one on
-            this machine. It has no effect if Ray is in use already.
-        max_retries: How often a chunk of jobs is given out again after its machine or process died.
-        cpus: Number of CPUs that a worker takes.
-        scheduling_strategy: How Ray places the workers.
+            this machine. It has no effect if Ray is already initialized.
+        max_retries: How often a chunk of jobs is retried after its machine or process died.
+        cpus: Number of CPUs per worker.
+        scheduling_strategy: The strategy by which Ray places the workers.
         init: Further arguments of `ray.init`, such as `runtime_env`.
     """
     return RayExecutor(address, max_retries, cpus, scheduling_strategy, init)
 
 
 class Task(Future):
-    """A task of Ray."""
+    """A Ray task with the interface of a future."""
 
     def __init__(self, ref: Any):
         super().__init__()
@@ -57,12 +57,12 @@ class Task(Future):
 
 
 class RayExecutor(Executor):
-    """An executor of `concurrent.futures` on a Ray cluster: see `ray_executor`."""
+    """A `concurrent.futures` executor on a Ray cluster: see `ray_executor`."""
 
     def __init__(self, address: Optional[str], max_retries: int, cpus: float, strategy: Any, init: Dict[str, Any]):
         self._connected = not ray.is_initialized()
         if self._connected:
-            # Only a cluster that is started here heeds it: nobody agreed to send anything.
+            # Usage statistics are off unless the user enables them. This only affects a cluster that is started here.
             os.environ.setdefault("RAY_USAGE_STATS_ENABLED", "0")
             ray.init(address=address, **{"log_to_driver": False, **init})
         self._cpus = cpus
@@ -83,20 +83,20 @@ class RayExecutor(Executor):
         return task
 
     def share(self, value: Any) -> Any:
-        """Puts a value into the cluster's store, from which the machines take it."""
+        """Put a value into the object store of the cluster, from which the machines read it."""
         return ray.put(value)
 
     def slots(self) -> int:
-        """Number of workers that the cluster has room for; 0 if no machine is there yet."""
+        """Return the number of workers that the cluster has room for; 0 if no machine has joined yet."""
         return int(ray.cluster_resources().get("CPU", 0.0) / max(self._cpus, 1e-3))
 
     def lost(self, e: BaseException) -> bool:
-        """Whether a task was lost with its process or machine."""
+        """Return whether an error means that a task was lost with its process or machine."""
         known = ray.exceptions
         return isinstance(e, (known.WorkerCrashedError, known.NodeDiedError, known.OutOfMemoryError))
 
     def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
-        """End the tasks, and leave the cluster if this executor joined it."""
+        """Cancel the tasks, and disconnect from the cluster if this executor connected to it."""
         self._closed = True
         for task in list(self._tasks):
             if cancel_futures:

@@ -1,4 +1,4 @@
-"""Rows of a sweep, and the files that hold them."""
+"""Rows of a sweep, and files of rows."""
 
 import json
 import logging
@@ -12,7 +12,7 @@ from . import _native
 
 try:
     import fcntl
-except ImportError:  # Windows: two sweeps that write one file are not noticed.
+except ImportError:  # Windows: two sweeps that write to the same file are not detected.
     fcntl = None  # type: ignore[assignment]
 
 PathLike = Union[str, "os.PathLike[str]"]
@@ -20,16 +20,16 @@ Row = Dict[str, Any]
 
 logger = logging.getLogger("tatu_sim")
 
-#: What depends on the machine, and on what else it does.
+#: Fields of rows that depend on the machine and its load.
 MACHINE = ("wall_s", "host", "pid")
-#: Kinds of files.
+#: Extensions of supported files.
 JSONL, PARQUET = ".jsonl", ".parquet"
 
 _encode = json.JSONEncoder(ensure_ascii=False).encode
 
 
 class CheckError(_native.Error):
-    """The same job gave different rows. `rows` are the two, with host and process."""
+    """The same job yielded different rows. `rows` are the two rows, with host and process."""
 
     rows: Tuple[Row, Row]
 
@@ -50,15 +50,15 @@ class CheckError(_native.Error):
 
 
 def plain(row: Mapping[str, Any]) -> Row:
-    """A row without what depends on the machine."""
+    """Return a row without the fields that depend on the machine."""
     return {name: value for name, value in row.items() if name not in MACHINE}
 
 
 class Rows(_Sequence):
-    """Rows of a sweep, sorted by key: a list of dicts as `tatu sweep` writes them, one for each different job.
+    """Rows of a sweep, sorted by key: a list of dicts as `tatu sweep` writes them, one for each distinct job.
 
     `key`, `seed`, `set`, `steps`, `time`, `metrics`, `hash` and `faults` depend only on the scene and the job;
-    `wall_s`, `host` and `pid` tell how long and where it ran. A job that failed has `error` instead of results.
+    `wall_s`, `host` and `pid` are the duration, machine and process. A failed job has `error` instead of results.
     `rows[KEY]` is the row with a key; `keys` are the keys of the jobs in the order in which they were given.
     """
 
@@ -69,10 +69,10 @@ class Rows(_Sequence):
 
     @classmethod
     def read(cls, *files: PathLike) -> "Rows":
-        """Rows of one or more files, `.jsonl` or `.parquet`, such as those of the tasks of an array.
+        """Read the rows of one or more files, `.jsonl` or `.parquet`, such as those of the tasks of a job array.
 
         Raises:
-            CheckError: Two files have different rows of the same job.
+            CheckError: Two files have different rows for the same job.
         """
         rows: Dict[str, Row] = {}
         for file in files:
@@ -105,36 +105,37 @@ class Rows(_Sequence):
 
     @property
     def errors(self) -> List[Row]:
-        """Rows of jobs that failed."""
+        """The rows of failed jobs."""
         return [row for row in self._rows if "error" in row]
 
     def without_machine(self) -> "Rows":
-        """The rows without wall time, host and process: the same wherever and however the sweep was run."""
+        """Return the rows without wall time, host and process, which do not depend on where and how the sweep was
+        run."""
         return Rows((plain(row) for row in self._rows), self.keys)
 
     def to_arrow(self) -> Any:
-        """A table for PyArrow. Parameters are columns `set.KEY`, metrics `metric.NAME`."""
+        """Convert to a PyArrow table. Parameters are in columns `set.KEY`, metrics in `metric.NAME`."""
         return table(self._rows)
 
     def to_pandas(self) -> Any:
-        """A data frame for pandas, with the columns of `to_arrow`."""
+        """Convert to a pandas data frame, with the columns of `to_arrow`."""
         return self.to_arrow().to_pandas()
 
     def write(self, file: PathLike) -> None:
-        """Write a file, `.parquet` or `.jsonl`. It appears as a whole or not at all."""
+        """Write a file, `.parquet` or `.jsonl`, atomically."""
         write_file(Path(file), self._rows)
 
 
 def merge(rows: Dict[str, Row], row: Row) -> None:
-    """Adds a row. One with an error never replaces one without."""
+    """Add a row. A row with an error never replaces one without."""
     if "error" not in row or "error" in rows.get(row["key"], row):
         rows[row["key"]] = row
 
 
 def kind(path: Path) -> str:
-    """The kind of file that a name asks for."""
+    """Return the type of a file, by the extension of its name."""
     if path.suffix not in (JSONL, PARQUET):
-        raise ValueError(f"{path} cannot hold rows of a sweep; expected a name that ends with .jsonl or .parquet")
+        raise ValueError(f"{path} is not a file for rows of a sweep; expected a name that ends with .jsonl or .parquet")
     return path.suffix
 
 
@@ -142,7 +143,7 @@ def kind(path: Path) -> str:
 
 
 def table(rows: List[Row]) -> Any:
-    """Rows as a table of PyArrow."""
+    """Convert rows to a PyArrow table."""
     import pyarrow as pa
 
     names: Dict[str, Dict[str, None]] = {"set": {}, "metrics": {}}
@@ -176,7 +177,7 @@ def table(rows: List[Row]) -> Any:
 
 
 def _parameter(name: str, values: List[Any]) -> Tuple[Any, Any]:
-    """A column of a parameter: of its type if all values have one, otherwise of JSON."""
+    """Return the column of a parameter: of the values' common type if there is one, otherwise of JSON."""
     import pyarrow as pa
 
     def kind_of(value: Any) -> str:
@@ -204,10 +205,10 @@ def _parameter(name: str, values: List[Any]) -> Tuple[Any, Any]:
 
 
 def rows_of(table: Any) -> List[Row]:
-    """Rows of a table of PyArrow."""
+    """Convert a PyArrow table to rows."""
     rows: List[Row] = [{} for _ in range(table.num_rows)]
     if not {"key", "seed", "steps", "time", "hash", "faults"} <= set(table.column_names):
-        raise ValueError("it has other columns than rows of a sweep")
+        raise ValueError("its columns are not those of rows of a sweep")
     for field in table.schema:
         part, dot, name = field.name.partition(".")
         is_json = (field.metadata or {}).get(b"json") == b"true"
@@ -232,7 +233,7 @@ def rows_of(table: Any) -> List[Row]:
 
 
 def read_file(path: Path) -> List[Row]:
-    """Rows of a file, in its order."""
+    """Read the rows of a file, in its order."""
     if kind(path) == JSONL:
         return read_lines(path, path.read_bytes())[0]
     import pyarrow.parquet
@@ -244,7 +245,7 @@ def read_file(path: Path) -> List[Row]:
 
 
 def read_lines(path: Path, data: bytes) -> Tuple[List[Row], int]:
-    """Rows in JSON lines, and how many bytes they take: a last line that was written in part is left out."""
+    """Read rows as JSON lines; return them with their size in bytes. An incomplete last line is ignored."""
     rows: List[Row] = []
     whole = 0
     while whole < len(data):
@@ -255,7 +256,7 @@ def read_lines(path: Path, data: bytes) -> Tuple[List[Row], int]:
             if 0 <= end < len(data) - 1:
                 line_number = data.count(b"\n", 0, whole) + 1
                 raise ValueError(
-                    f"{path}, line {line_number}: this is no row of a sweep; give another file, or remove the line, "
+                    f"{path}, line {line_number}: this is not a row of a sweep; use another file, or remove the line, "
                     "whose job is then run again"
                 )
             break
@@ -274,7 +275,7 @@ def _row(line: bytes) -> Optional[Row]:
 
 
 def write_file(path: Path, rows: List[Row]) -> None:
-    """Writes rows as a file that appears as a whole or not at all."""
+    """Write rows to a file atomically."""
     part = path.with_name(f"{path.name}.{os.getpid()}.part")
     try:
         if kind(path) == PARQUET:
@@ -291,12 +292,12 @@ def write_file(path: Path, rows: List[Row]) -> None:
         part.unlink(missing_ok=True)
 
 
-#: Outputs of this process that are being written.
+#: Output files that this process has open.
 _outputs: "weakref.WeakSet[Output]" = weakref.WeakSet()
 
 
 def _forked() -> None:
-    """Closes files in a process of a pool, which would otherwise keep them locked after the death of its parent."""
+    """Close inherited files in a pool process, which would otherwise keep them locked after the parent has died."""
     for output in list(_outputs):
         output._file.close()
         _outputs.discard(output)
@@ -307,19 +308,19 @@ if hasattr(os, "register_at_fork"):
 
 
 class Output:
-    """A file that is filled while a sweep runs, and continued by the next one.
+    """A file that is filled while a sweep runs, and which a later sweep can continue.
 
-    Rows are appended as JSON lines: to the file itself, or to one beside a Parquet file, which is written at the end.
+    Rows are appended as JSON lines: to the file itself, or to one next to a Parquet file, which is written at the end.
     """
 
     def __init__(self, path: PathLike):
         self.path = Path(path)
         self.journal = self.path
         if kind(self.path) == PARQUET:
-            import pyarrow  # noqa: F401  Without it, this should fail before hours of work.
+            import pyarrow  # noqa: F401  If it is missing, this must fail now and not after hours of work.
 
             self.journal = self.path.with_name(self.path.name + JSONL)
-        #: All rows of the file by key, also those of other sweeps.
+        #: All rows of the file by key, including those of other sweeps.
         self.rows: Dict[str, Row] = {}
         if self.journal != self.path and self.path.exists():
             self._add(read_file(self.path))
@@ -328,7 +329,7 @@ class Output:
             data = self._file.readall()
             rows, whole = read_lines(self.journal, data)
             if whole < len(data):
-                logger.warning("%s: its last line was written in part and is removed", self.journal)
+                logger.warning("%s: its last line is incomplete and is removed", self.journal)
                 self._file.truncate(whole)
             self._file.seek(whole)
             self._add(rows)
@@ -350,7 +351,7 @@ class Output:
                 fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
             except BlockingIOError:
                 file.close()
-                raise BlockingIOError(f"{self.journal}: another sweep writes this file") from None
+                raise BlockingIOError(f"{self.journal}: another sweep is writing this file") from None
             except OSError:
                 return file  # A file system without locks.
             # The other sweep may have replaced the file between opening and locking it.
@@ -359,18 +360,18 @@ class Output:
             file.close()
 
     def write(self, rows: List[Row]) -> None:
-        """Appends rows."""
+        """Append rows."""
         self._add(rows)
         data = "".join(_encode(row) + "\n" for row in rows).encode()
         while data:
             data = data[self._file.write(data) :]
 
     def sync(self) -> None:
-        """Waits until the rows are on the disk."""
+        """Wait until the rows are on disk."""
         os.fsync(self._file.fileno())
 
     def finish(self) -> None:
-        """Writes the file as a whole, sorted."""
+        """Write the complete file, sorted by key."""
         if self._file.closed:
             return
         self.sync()

@@ -1,4 +1,4 @@
-"""Gives the jobs of a sweep to the workers of an executor, and takes their rows."""
+"""Distributes the jobs of a sweep to the workers of an executor, and collects their rows."""
 
 import heapq
 import json
@@ -17,18 +17,18 @@ from ._sweep_worker import Bundle, Done, Ran, Work, Worker, error, run
 
 logger = logging.getLogger("tatu_sim")
 
-#: How long a chunk should take, s: long beside what an executor needs for a task, short beside a sweep.
+#: Target duration of a chunk, s: long compared with the overhead of a task, short compared with a sweep.
 CHUNK = 0.75
-#: Most jobs of a chunk.
+#: Maximum number of jobs in a chunk.
 MOST_JOBS = 10_000
-#: How often a check that met the worker of the first run is given out again before that worker has to do it: for 5 s.
+#: How often a check that reaches the worker of the first run is submitted again before that worker runs it: for 5 s.
 TRIES = 20
-#: How long rows of chunks that run are waited for if the sweep is ended, s.
+#: Time to wait for the rows of running chunks when the sweep is interrupted, s.
 GRACE = 2.0
 
 
 class Planned(NamedTuple):
-    """A job, and whether it is run twice."""
+    """A job, and whether it must be run twice."""
 
     key: str
     text: str
@@ -36,7 +36,7 @@ class Planned(NamedTuple):
 
 
 class Check:
-    """A job that has to be run again: its row is written once this gave the same."""
+    """A job that must be run a second time; its row is written only if both runs yield the same."""
 
     def __init__(self, job: Planned, row: Row, worker: Worker):
         self.job, self.row, self.worker = job, row, worker
@@ -44,14 +44,14 @@ class Check:
 
 
 class Chunk(NamedTuple):
-    """What a worker has been given."""
+    """A chunk that was submitted to a worker."""
 
     jobs: List[Planned]
     checks: List[Check]
 
 
 class Serial(Executor):
-    """Runs everything in this process, at once."""
+    """An executor that runs everything immediately in this process."""
 
     def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> "Future[Any]":
         future: "Future[Any]" = Future()
@@ -63,7 +63,7 @@ class Serial(Executor):
 
 
 class Run:
-    """A sweep that is under way."""
+    """A running sweep."""
 
     def __init__(
         self, bundle: Bundle, executor: Executor, out: Optional[Output], on_error: str, record: Optional[str]
@@ -75,7 +75,7 @@ class Run:
         self.bundle = bundle if share is None else share(bundle)
         self.todo: Deque[Planned] = deque()
         self.checks: Deque[Check] = deque()
-        # Checks that met the worker of their first run, by the time when they are given out again.
+        # Checks that reached the worker of their first run, ordered by the time at which they are submitted again.
         self.later: List[Tuple[float, int, Check]] = []
         self.pending: Dict["Future[Done]", Chunk] = {}
         self.finished: "SimpleQueue[Future[Done]]" = SimpleQueue()
@@ -86,14 +86,14 @@ class Run:
         self.slots, self.slots_at = 1, -1e9
 
     def warm_up(self) -> None:
-        """Lets the workers open the scene."""
+        """Make the workers open the scene."""
         if not isinstance(self.executor, Serial):
             self.count_slots()
             for _ in range(self.slots):
                 self.submit(Chunk([], []))
 
     def go(self, todo: List[Planned], rows: Dict[str, Row], progress: Optional[bool]) -> None:
-        """Runs the jobs, and adds their rows to those that are there."""
+        """Run the jobs, and add their rows to the existing ones."""
         self.todo.extend(todo)
         self.rows = rows
         total = len(todo) + len(rows)
@@ -115,7 +115,7 @@ class Run:
             self.line.end(self.rows)
             if self.out is not None:
                 logger.warning(
-                    "the sweep was ended (%s) with %d of %d rows, which are in %s: the same call continues it",
+                    "the sweep was interrupted (%s) after %d of %d rows, which are in %s: the same call continues it",
                     type(e).__name__, len(self.rows), total, self.out.path,
                 )
             raise
@@ -125,14 +125,14 @@ class Run:
     # ------------------------------------------------------------------------------------------------- giving out work
 
     def give(self) -> bool:
-        """Gives out chunks until all workers have one, and one more waits for each. Returns whether any is out."""
+        """Submit chunks until each worker has one and another one is queued for it. Return whether any is pending."""
         self.count_slots()
         most = 1 if isinstance(self.executor, Serial) else 2 * self.slots
         now = time.monotonic()
         while self.later and self.later[0][0] <= now:
             self.checks.append(heapq.heappop(self.later)[2])
         while len(self.pending) < most and (self.todo or self.checks):
-            # Chunks become smaller towards the end, so that all workers end at about the same time.
+            # Chunks become smaller towards the end, so that all workers finish at about the same time.
             jobs = [self.todo.popleft() for _ in range(self.size(len(self.todo)))]
             checks = [self.checks.popleft() for _ in range(self.size(len(self.checks)))]
             self.submit(Chunk(jobs, checks))
@@ -149,13 +149,13 @@ class Run:
         now = time.monotonic()
         if now < self.slots_at + 1.0:
             return
-        # Machines come and go.
+        # The number of workers may change when machines join or leave.
         slots = getattr(self.executor, "slots", None)
         known = slots() if callable(slots) else getattr(self.executor, "_max_workers", None)
         self.slots, self.slots_at = max(1, known or os.cpu_count() or 1), now
 
     def submit(self, chunk: Chunk) -> None:
-        # A second worker may still be starting: the first one has to do it only after some seconds.
+        # A second worker may still be starting, so the first one runs its own checks only after some seconds.
         alone = self.slots == 1
         checks = [(c.job.key, c.job.text, None if alone or c.tries >= TRIES else c.worker) for c in chunk.checks]
         jobs = [(job.key, job.text) for job in chunk.jobs]
@@ -231,18 +231,18 @@ class Run:
             self.largest = max(self.largest, len(all_ran))
 
     def lost(self, chunk: Chunk, e: BaseException) -> None:
-        """A chunk came to nothing: the worker died."""
+        """Handle a chunk whose worker died."""
         lost = getattr(self.executor, "lost", None)
         if isinstance(e, BrokenExecutor):
             raise _native.Error(
-                f"a worker process died ({e}); one of these jobs may have ended it: {', '.join(self.under_way(chunk))}"
+                f"a worker process died ({e}); one of these jobs may have caused it: {', '.join(self.under_way(chunk))}"
             ) from e
         if not callable(lost) or not lost(e):
             raise e
         if not chunk.jobs and not chunk.checks:
             return
         if len(chunk.jobs) + len(chunk.checks) > 1:
-            # One of them may end every worker that takes it: each goes alone.
+            # One of the jobs may kill every worker, so each is submitted separately.
             for job in chunk.jobs:
                 self.submit(Chunk([job], []))
             for check in chunk.checks:
@@ -259,12 +259,12 @@ class Run:
         return sorted(job.key for c in chunks for job in [*c.jobs, *(check.job for check in c.checks)])
 
     def cancel(self) -> None:
-        """Cancels what waits."""
+        """Cancel queued chunks."""
         for future in list(self.pending):
             future.cancel()
 
     def abandon(self) -> None:
-        """Cancels what waits, and takes the rows of what ends soon."""
+        """Cancel queued chunks, and collect the rows of chunks that finish soon."""
         self.cancel()
         self.stop_on_error = False
         end = time.monotonic() + GRACE
@@ -283,7 +283,7 @@ class Run:
 
 
 def row_of(ran: Ran, text: str, worker: Worker) -> Row:
-    """The row of a job that was run, with what depends on the machine at its end."""
+    """Return the row of a finished job, with the fields that depend on the machine at its end."""
     if ran.row is not None:
         row = json.loads(ran.row)
     else:
@@ -294,13 +294,13 @@ def row_of(ran: Ran, text: str, worker: Worker) -> Row:
 
 
 class Line:
-    """The line on a terminal that shows how far a sweep is."""
+    """The progress line of a sweep on a terminal."""
 
     def __init__(self, total: int, found: int, shown: Optional[bool]):
         self.total, self.found = total, found
         self.shown = sys.stderr.isatty() if shown is None else shown
         self.begin = self.last = time.monotonic()
-        # Whoever asks for the line gets its last state, even of a sweep that ends before the first one is due.
+        # An explicitly requested line is always drawn, even if the sweep ends before the first update is due.
         self.drawn = bool(shown)
 
     def show(self, rows: Dict[str, Row], every: float = 0.2) -> None:

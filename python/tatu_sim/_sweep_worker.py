@@ -1,4 +1,4 @@
-"""The part of a sweep that runs where its jobs do: in this process, in one of a pool, or on another machine."""
+"""The part of a sweep that runs in the workers: in this process, in a pool process, or on another machine."""
 
 import hashlib
 import multiprocessing
@@ -14,10 +14,10 @@ from typing import Any, Dict, NamedTuple, Optional, Sequence, Tuple
 
 from . import _native
 
-#: A process, and a thread of it: host, process, thread.
+#: A worker: host, process and thread.
 Worker = Tuple[str, int, int]
 
-#: Most scenes that a process keeps open.
+#: Maximum number of scenes that a process keeps open.
 _MOST_OPEN = 2
 
 _open: "OrderedDict[Tuple[int, str], Any]" = OrderedDict()
@@ -38,7 +38,8 @@ class Bundle(NamedTuple):
 
 
 class Work(NamedTuple):
-    """A chunk of jobs: key and JSON. `checks` are run only by a worker that is not the one given with each."""
+    """A chunk of jobs, each as key and JSON. Each of `checks` is run only if this worker is not the one given with
+    it."""
 
     jobs: Sequence[Tuple[str, str]]
     checks: Sequence[Tuple[str, str, Optional[Worker]]] = ()
@@ -47,7 +48,7 @@ class Work(NamedTuple):
 
 
 class Ran(NamedTuple):
-    """A job that was run: its row as JSON, or the error; `wall` in s."""
+    """The result of a job: its row as JSON, or the error; `wall` is the duration in s."""
 
     key: str
     row: Optional[str]
@@ -56,19 +57,19 @@ class Ran(NamedTuple):
 
 
 class Done(NamedTuple):
-    """What became of a chunk. `left`: keys of the checks that this worker must not run."""
+    """The result of a chunk. `left`: keys of the checks that this worker must not run."""
 
     worker: Worker
     ran: Sequence[Ran] = ()
     checked: Sequence[Ran] = ()
     left: Sequence[str] = ()
-    #: Why nothing could be run: the scene cannot be opened here.
+    #: The error if the scene cannot be opened here, so that no job was run.
     refused: Optional[Dict[str, Any]] = None
 
 
 def opened(bundle: Bundle) -> Any:
-    """The scene, ready to run jobs. It stays open for the next chunk."""
-    # A process that was forked from one with an open scene has to open its own.
+    """Return the scene, ready to run jobs. It remains open for later chunks."""
+    # A process that was forked while a scene was open must open the scene again.
     place = os.getpid(), bundle.hash
     with _lock:
         sweep = _open.get(place)
@@ -78,26 +79,26 @@ def opened(bundle: Bundle) -> Any:
         while len(_open) > _MOST_OPEN:
             (process, _), old = _open.popitem(last=False)
             if process == os.getpid():
-                # Jobs of it that still run go on.
+                # Jobs of this scene that are still running are not affected.
                 old.close()
     return sweep
 
 
 def drives() -> None:
-    """Tells that this process is the one that gives out the work."""
+    """Mark this process as the driver, which distributes the jobs."""
     global _driver
     _driver = os.getpid()
 
 
 def _leave_interrupts() -> None:
-    """Ctrl-C reaches all processes of a terminal, but it is the driver that decides what becomes of the sweep."""
+    """Ignore Ctrl-C in workers: all processes of a terminal receive it, but the driver decides how to end the sweep."""
     child = multiprocessing.parent_process() is not None
     if child and threading.current_thread() is threading.main_thread():
         signal.signal(signal.SIGINT, signal.SIG_IGN)
 
 
 def run(bundle: Bundle, work: Work) -> Done:
-    """Runs a chunk of jobs."""
+    """Run a chunk of jobs."""
     worker = socket.gethostname(), os.getpid(), threading.get_ident()
     if _driver != worker[1]:
         _leave_interrupts()
@@ -126,13 +127,13 @@ def _one(sweep: Any, key: str, job: str, record: Optional[str]) -> Ran:
 
 
 def told(e: BaseException) -> Dict[str, Any]:
-    """An error as data, which any executor can carry."""
+    """Convert an error to data that any executor can transfer."""
     names = ("code", "text", "help", "file", "line")
     return {"message": str(e), **{name: getattr(e, name, None) for name in names}}
 
 
 def error(told: Dict[str, Any], prefix: str = "", kind: type = _native.Error) -> BaseException:
-    """The error again."""
+    """Convert the data back to an error."""
     e = kind(prefix + told["message"])
     for name in ("code", "text", "help", "file", "line"):
         setattr(e, name, told.get(name))

@@ -1,5 +1,6 @@
-"""A world: a scene that runs."""
+"""A world: a running scene."""
 
+import contextlib
 import os
 import sys
 import tempfile
@@ -18,7 +19,7 @@ PathLike = Union[str, "os.PathLike[str]"]
 
 
 class Fault(NamedTuple):
-    """An error during a run, of a script or a plugin. `str()` is one line."""
+    """An error of a script or plugin during a run. `str()` returns a single line."""
 
     code: str
     text: str
@@ -39,9 +40,9 @@ class Fault(NamedTuple):
 
 
 class Reading(Mapping[str, Any]):
-    """What a sensor measured last: a mapping from names of fields, such as `range_scan.ranges`, to arrays.
+    """The last measurement of a sensor: a mapping from names of fields, such as `range_scan.ranges`, to arrays.
 
-    A field is an attribute, too, if its last word is unique: `reading.ranges`. The arrays are copies.
+    A field is also an attribute if the last part of its name is unique: `reading.ranges`. The arrays are copies.
     """
 
     def __init__(self, raw: Dict[str, Any]):
@@ -49,7 +50,7 @@ class Reading(Mapping[str, Any]):
         self.kind: str = raw["kind"]
         #: Simulation time of the measurement, s.
         self.time: float = raw["time"]
-        #: How often the sensor has measured; 0: not yet.
+        #: Number of measurements so far; 0 if the sensor has not been measured yet.
         self.sequence: int = raw["sequence"]
         self.fields: Dict[str, Any] = raw["fields"]
 
@@ -89,12 +90,12 @@ class Object:
 
     @property
     def position(self) -> np.ndarray:
-        """x, y, z in the world, m."""
+        """The position x, y, z in the world frame, m."""
         return self["object.world_pose"][:3]
 
     @property
     def pose(self) -> np.ndarray:
-        """x, y, z in the world, m, and the quaternion x, y, z, w. It can be set."""
+        """The position x, y, z in the world frame, m, and the quaternion x, y, z, w. It can be set."""
         return self["object.world_pose"]
 
     @pose.setter
@@ -103,12 +104,12 @@ class Object:
 
     @property
     def twist(self) -> np.ndarray:
-        """Velocity in the world: m/s, then rad/s."""
+        """The linear velocity, m/s, and angular velocity, rad/s, in the world frame."""
         return self["object.twist"]
 
     @property
     def reading(self) -> Reading:
-        """The last reading, if this is a sensor."""
+        """The last reading, if the object is a sensor."""
         return self.world.reading(self.path)
 
     def __repr__(self) -> str:
@@ -116,25 +117,25 @@ class Object:
 
 
 class World(Namespaces):
-    """A scene that runs. Its time is 0 after it was made, and each step takes `dt` seconds of simulated time.
+    """A running scene. Its time starts at 0, and each step advances it by `dt` seconds of simulation time.
 
-    A world may be used from any thread; calls from several threads take turns. It has a thread of its own, so worlds
-    that are stepped by several threads of Python run at the same time.
+    A world may be used from any thread; concurrent calls are serialized. Each world has its own thread, so worlds that
+    are stepped by different Python threads run in parallel.
 
-    Commands of plugins are methods of their name space: `world.sim.getObjectPosition(handle)`.
+    Commands of plugins are methods of their namespace: `world.sim.getObjectPosition(handle)`.
 
     Args:
         scene: A scene file (`.toml`, `.ttt`, `.urdf`), or the name of a scene that comes with the package.
         text: The text of a scene file, instead of `scene`.
-        folder: The folder from which the paths in `text` start; the working folder by default.
+        folder: The folder to which paths in `text` are relative; the working folder by default.
         seed: Seed of all random numbers; the scene's own by default.
         set: Changes to the scene: `{"/Robot/leftMotor.max_force_nm": 2.0, "scene.dt_s": 0.01}`.
         scripts: Scripts that replace those of objects: `{"/Robot": "my_controller.lua"}`.
-        allow: What scripts may use of the outside: `"exec"`, `"native"`, `"net=HOST:PORT"`; `"plugins"`: plugins that
-            the scene names.
-        services: Services that are started: `"page:port=8080"`.
-        plugins: Libraries of plugins, or folders with such.
-        threads: Threads of this world. Results do not depend on it.
+        allow: Permissions of scripts: `"exec"`, `"native"`, `"net=HOST:PORT"`; `"plugins"`: load plugins that the scene
+            names.
+        services: Services to start: `"page:port=8080"`.
+        plugins: Plugin libraries, or folders with plugin libraries.
+        threads: Number of threads of this world. Results do not depend on it.
         files: The folder in which scripts open files; the working folder by default.
         strict: Raise `Error` from `step` as soon as a script or plugin fails. Otherwise errors are logged, and listed
             in `faults`.
@@ -184,12 +185,12 @@ class World(Namespaces):
     # ------------------------------------------------------------------------------------------------------ the run
 
     def step(self, n: int = 1) -> int:
-        """Do `n` steps, fewer if the world is stopped by a script. Returns how many were done.
+        """Run `n` steps, or fewer if a script stops the world. Return the number of steps run.
 
-        Other threads of Python run meanwhile, and Ctrl-C is heard.
+        In the meantime, other Python threads can run, and Ctrl-C is handled.
         """
         if self._strict and n > 1:
-            # One by one, so that the first error ends it.
+            # One by one, so that the run ends at the first error.
             done = 0
             while done < n and self.step(1):
                 done += 1
@@ -199,13 +200,18 @@ class World(Namespaces):
         except (OverflowError, TypeError):
             whole("n", n)
             raise
+        except BaseException:
+            # After Ctrl-C or an error, the lines that were logged before are still written.
+            with contextlib.suppress(Exception):
+                self._flush()
+            raise
         if self._views:
             self._update()
         if lines:
             self._told(lines)
         return done
 
-    #: Whether nothing has stopped the world yet.
+    #: Whether the world is still running, i.e. has not been stopped.
     running: bool = True
 
     def _told(self, lines) -> None:
@@ -217,7 +223,7 @@ class World(Namespaces):
                     raise _error(code, text, self.faults)
 
     def run(self, seconds: float, *, progress: Optional[bool] = None) -> int:
-        """Run for a time of simulation. Returns the number of steps done.
+        """Run for a duration in seconds of simulation time. Return the number of steps run.
 
         `progress`: show a bar; by default on a terminal, and only for runs that take longer than a second.
         """
@@ -247,7 +253,7 @@ class World(Namespaces):
         return done
 
     def reset(self, seed: Optional[int] = None, set: Optional[Mapping[str, Any]] = None) -> None:
-        """Begin anew, at time 0. A seed and changes that are given replace those that the world was made with."""
+        """Reset the world to time 0. A given seed and given changes replace those from the creation of the world."""
         seed = None if seed is None else whole("seed", seed)
         self._native.reset(seed, None if set is None else settings(set))
         self.running = True
@@ -260,50 +266,50 @@ class World(Namespaces):
 
     @property
     def time(self) -> float:
-        """Simulation time, s."""
+        """The simulation time, s."""
         return self._native.clock()[0]
 
     @property
     def steps(self) -> int:
-        """Number of steps done."""
+        """The number of steps run so far."""
         return self._native.clock()[1]
 
     @property
     def dt(self) -> float:
-        """Length of a step, s."""
+        """The length of a step, s."""
         return self._native.clock()[2]
 
     @property
     def hash(self) -> int:
-        """Hash of the state. The same scene, seed, changes and calls give the same hash on every machine."""
+        """The hash of the state. The same scene, seed, changes and calls yield the same hash on every machine."""
         return self._native.hash()
 
     @property
     def faults(self) -> List[Fault]:
-        """Errors of scripts and plugins so far."""
+        """The errors of scripts and plugins so far."""
         return [Fault(**f) for f in self._native.faults()]
 
     # ---------------------------------------------------------------------------------------------------- the state
 
     def snapshot(self) -> bytes:
-        """The state of the world, from which it can go on: of objects, sensors, scripts and random numbers."""
+        """Return the state of the world for `restore`: that of objects, sensors, scripts and random numbers."""
         return self._native.snapshot()
 
     def restore(self, snapshot: bytes) -> None:
-        """Return to a state of this world, or of another one of the same scene and changes."""
+        """Restore a state of this world, or of another world with the same scene and changes."""
         self._native.restore(snapshot)
         self.running = True
         self._after()
 
     def fork(self) -> "World":
-        """Another world in the same state, which goes on by itself."""
+        """Create another, independent world in the same state."""
         other = World.__new__(World)
         other._film = None
         other._begin(self._native.fork(), self._strict)
         return other
 
     def close(self) -> None:
-        """End the world. It cannot be used afterwards. Also done by `with`, and when nothing refers to it any more."""
+        """End the world, which cannot be used afterwards. Done automatically by `with` and by garbage collection."""
         self._native.close()
 
     def __enter__(self) -> "World":
@@ -315,28 +321,29 @@ class World(Namespaces):
     # -------------------------------------------------------------------------------------------------- what it holds
 
     def __getitem__(self, path: str) -> Object:
-        """An object, by path or unique name."""
+        """Return an object, by path or unique name."""
         # Fails with the nearest name if there is none.
         self._native.get(path, "object.path")
         return Object(self, path)
 
     @property
     def objects(self) -> Dict[str, str]:
-        """Paths of all objects, with their kinds."""
+        """The paths of all objects, with their kinds."""
         return dict(self._native.objects())
 
     @property
     def joints(self) -> List[str]:
-        """Paths of all joints."""
+        """The paths of all joints."""
         return [path for path, kind in self._native.objects() if kind == "joint"]
 
     @property
     def sensors(self) -> List[str]:
-        """Paths of all sensors."""
+        """The paths of all sensors."""
         return self._native.sensors()
 
     def get(self, path: str, key: str) -> Any:
-        """A property of an object, as a number, a text or an array (a copy). An empty path is the world: `"scene.gravity"`."""
+        """Return a property of an object: a number, a string or an array (a copy). An empty path refers to the
+        world."""
         return self._native.get(path, key)
 
     def set(self, path: str, key: str, value: Any) -> None:
@@ -344,13 +351,13 @@ class World(Namespaces):
         self._native.set(path, key, value)
 
     def reading(self, path: str) -> Reading:
-        """The last reading of a sensor."""
+        """Return the last reading of a sensor."""
         return Reading(self._native.reading(path))
 
     def view(self, path: str, name: str) -> np.ndarray:
-        """An array with a property, or a field of readings, that is brought up to date after each step.
+        """Return an array with a property, or a field of readings, which is updated after each step.
 
-        The array belongs to the caller and outlives the world. Writing to it changes nothing in the world.
+        The array belongs to the caller and outlives the world. Writing to it does not affect the world.
         """
         channel = self._native.channel(path, name)
         flat = np.empty(int(np.prod(channel.shape, dtype=int)))
@@ -363,7 +370,7 @@ class World(Namespaces):
             self._native.read_into([channel], flat)
 
     def call(self, name: str, *args: Any) -> Any:
-        """Call a command: `world.call("sim.getObject", "/Robot")`. One result is returned as it is, several as a tuple."""
+        """Call a command: `world.call("sim.getObject", "/Robot")`. Several results are returned as a tuple."""
         results = self._native.call(name, list(args))
         self._flush()
         if not results:
@@ -372,7 +379,7 @@ class World(Namespaces):
 
     @property
     def plugins(self) -> Dict[str, str]:
-        """Ids of all plugins, with their versions."""
+        """The ids of all plugins, with their versions."""
         return dict(self._native.plugins())
 
     def _declarations(self) -> Dict[str, Dict[str, Any]]:
@@ -389,23 +396,23 @@ class World(Namespaces):
         size: Tuple[int, int] = (640, 480),
         fov: Optional[float] = None,
     ) -> np.ndarray:
-        """A picture, as an array of rows, columns and RGB (`uint8`). It needs no display.
+        """Render a picture, as an array of rows, columns and RGB (`uint8`). No display is needed.
 
-        Seen by a camera of the scene, or between two points in metres; by default by the scene's first camera, or from
-        where everything is in sight. `size`: columns and rows; `fov`: the angle from left to right, rad.
+        The viewpoint is a camera of the scene, or two points in m; by default the scene's first camera, or a viewpoint
+        that shows everything. `size`: columns and rows; `fov`: the horizontal field of view, rad.
         """
         points = view(look_from, look_at)
         return self._native.render(camera, points, int(size[0]), int(size[1]), fov)
 
     def show(self, *, width: int = 800, height: int = 500) -> Any:
-        """The film of the run so far, for a notebook. The world must have been made with `film=True`.
+        """Return the film of the run so far, for a notebook. The world must have been created with `film=True`.
 
-        Recording ends with it; the world goes on.
+        This ends the recording, but not the run.
         """
         from ._film import Film
 
         if self._film is None:
-            raise ValueError("the run was not recorded: make the world with `film=True`")
+            raise ValueError("the run was not recorded: create the world with `film=True`")
         self._native.end_services()
         self._flush()
         return Film(Path(self._film.name) / "film.html", width, height)
@@ -419,20 +426,20 @@ class World(Namespaces):
 
 
 def view(look_from, look_at) -> Optional[Tuple[List[float], List[float]]]:
-    """The points of a view, if it is given by points."""
+    """Return the points of a view, or None if it is not given by points."""
     if (look_from is None) != (look_at is None):
-        raise ValueError("`look_from` and `look_at` belong together")
+        raise ValueError("`look_from` and `look_at` must be given together")
     if look_from is None or look_at is None:
         return None
     return [float(x) for x in look_from], [float(x) for x in look_at]
 
 
 def setup(scene, text, folder, seed, changes, scripts, allow, services, plugins, threads, files) -> Dict[str, Any]:
-    """Arguments of the native part."""
+    """Convert arguments for the native part."""
     if (scene is None) == (text is None):
-        raise TypeError("either a scene or its `text` is expected")
+        raise TypeError("expected either `scene` or `text`")
     if not 1 <= threads <= 256:
-        raise ValueError(f"{threads} threads cannot run a world; expected 1 to 256")
+        raise ValueError(f"`threads` is {threads}; expected 1 to 256")
     return {
         "scene": None if scene is None else os.fspath(scene),
         "text": text,

@@ -6,8 +6,8 @@
     observation, info = env.reset(seed=1)
     observation, reward, terminated, truncated, info = env.step(env.action_space.sample())
 
-- `Env`: one world; `VectorEnv`: many, stepped together on all cores, with the same bits as as many `Env`s.
-- The table, and how a dict in Python replaces its keys: `docs/guide/learning.md`.
+- `Env`: one world; `VectorEnv`: many worlds, stepped together on all cores, with results bit-identical to `Env`.
+- `docs/guide/learning.md` describes the table, and how a dict replaces its keys.
 
 Importing this module registers `Tatu-v0`: `gymnasium.make("tatu_sim.gym:Tatu-v0", scene=...)`.
 """
@@ -53,7 +53,7 @@ def _check_render_mode(render_mode: Optional[str]) -> Optional[str]:
 
 
 def _changes(options: Optional[Mapping[str, Any]]) -> Optional[Mapping[str, Any]]:
-    """Changes to the scene for one episode, in the options of a reset."""
+    """Return the changes to the scene for one episode, from the options of a reset."""
     for key in options or {}:
         if key not in ("set", "reset_mask"):
             raise ValueError(f"unknown option {key!r} of `reset`; expected 'set': a dict of changes for this episode")
@@ -61,27 +61,27 @@ def _changes(options: Optional[Mapping[str, Any]]) -> Optional[Mapping[str, Any]
 
 
 class Env(gymnasium.Env):
-    """An environment of one world.
+    """An environment with one world.
 
-    `reset` draws the seed of the world, and then the changes of `[env.random]`, from `np_random`; its info has both, as
-    `info["seed"]` and `info["random"]`. Its option `set` makes further changes, for one episode. `env.batch` is the
-    `tatu_sim.Batch` of one world below it.
+    `reset` draws the seed of the world, and then the changes of `[env.random]`, from `np_random`, and returns both as
+    `info["seed"]` and `info["random"]`. Its option `set` makes further changes for one episode. `env.batch` is the
+    underlying `tatu_sim.Batch` of one world.
 
     Args:
         scene: A scene file, or the name of a scene that comes with the package.
-        text, folder: The text of a scene file, instead of `scene`, and the folder from which its paths start.
+        text, folder: The text of a scene file, instead of `scene`, and the folder to which its paths are relative.
         env: Keys that replace those of the scene's table `[env]`; None removes one.
         set: Changes to the scene: `{"/Robot/leftMotor.max_force_nm": 2.0}`.
-        reward: A function of observations, actions and what is watched, `f(obs, act, watch)`, all with one row for each
-            world; it returns an array of one number for each world, which is added to the terms of the table.
-        end: Likewise, for whether the episode ends.
+        reward: A function of observations, actions and watched values, `f(obs, act, watch)`, all with one row per
+            world; it returns an array with one number per world, which is added to the terms of the table.
+        end: A function with the same arguments, which returns whether the episode ends.
         render_mode: `"rgb_array"`, or None.
-        camera, size: What `render` looks through, by default the scene's first camera; columns and rows of a picture.
-        dtype: Of observations and actions.
+        camera, size: The camera for `render`, by default the scene's first camera; columns and rows of a picture.
+        dtype: Type of observations and actions.
         threads, scripts, allow, plugins, files, quiet: As for `tatu_sim.Batch`.
 
     Raises:
-        ValueError: The description is wrong: what, where, and what was expected.
+        ValueError: The description is invalid. The message states the location, and what was expected.
         tatu_sim.Error: The scene is invalid.
     """
 
@@ -111,21 +111,21 @@ class Env(gymnasium.Env):
     def reset(
         self, *, seed: Optional[int] = None, options: Optional[Dict[str, Any]] = None
     ) -> Tuple[np.ndarray, Dict[str, Any]]:
-        """Begin an episode."""
+        """Start an episode."""
         super().reset(seed=seed)
         infos = self._episodes.begin([0], [self.np_random], _changes(options))
         self._begun = True
         return self._episodes.observe()[0], infos[0]
 
     def step(self, action: Any) -> Tuple[np.ndarray, float, bool, bool, Dict[str, Any]]:
-        """Do a step. The action is clipped to the bounds of its space."""
+        """Run a step. The action is clipped to the bounds of its space."""
         if not self._begun:
-            raise ResetNeeded("the first episode has not begun: call `reset` before `step`")
+            raise ResetNeeded("no episode has been started: call `reset` before `step`")
         observations, rewards, ended, cut = self._episodes.advance(action)
         return observations[0], float(rewards[0]), bool(ended[0]), bool(cut[0]), {}
 
     def render(self) -> Optional[np.ndarray]:
-        """A picture: rows, columns and RGB (`uint8`). None without a render mode."""
+        """Render a picture: rows, columns and RGB (`uint8`). Return None without a render mode."""
         return self._episodes.picture(0, self._camera, self._size) if self.render_mode else None
 
     def close(self) -> None:
@@ -134,15 +134,15 @@ class Env(gymnasium.Env):
 
 
 class VectorEnv(gymnasium.vector.VectorEnv):
-    """An environment of many worlds, stepped together on all cores.
+    """An environment with many worlds, stepped together on all cores.
 
-    It gives the same bits as `gymnasium.vector.SyncVectorEnv` of as many `Env`s, whatever the number of threads.
+    Results are bit-identical to those of `gymnasium.vector.SyncVectorEnv` with `Env`s, for any number of threads.
 
     Args:
         scene: As for `Env`.
         num_envs: Number of worlds.
-        autoreset_mode: How worlds whose episode is over begin anew: in the next step, in the same one, or not
-            (`AutoresetMode.DISABLED`): then `reset(options={"reset_mask": mask})` does it.
+        autoreset_mode: When worlds whose episode is over are reset: in the next step, in the same step, or not
+            automatically (`AutoresetMode.DISABLED`), but by `reset(options={"reset_mask": mask})`.
         threads: Number of threads; by default as many as there are cores.
         render_mode, camera, size: As for `Env`; `render` returns one picture for each world.
         description: All other arguments of `Env`.
@@ -183,12 +183,12 @@ class VectorEnv(gymnasium.vector.VectorEnv):
 
     @property
     def np_random(self) -> Tuple[np.random.Generator, ...]:
-        """The generators of the worlds."""
+        """The random number generators of the worlds."""
         return tuple(self._random(world) for world in range(self.num_envs))
 
     @property
     def np_random_seed(self) -> Tuple[int, ...]:
-        """Their seeds."""
+        """The seeds of the generators."""
         _ = self.np_random
         return tuple(self._seeds)
 
@@ -203,9 +203,9 @@ class VectorEnv(gymnasium.vector.VectorEnv):
         seed: Union[None, int, Sequence[Optional[int]]] = None,
         options: Optional[Dict[str, Any]] = None,
     ) -> Tuple[np.ndarray, Dict[str, Any]]:
-        """Begin an episode in all worlds, or in those of the option `reset_mask`.
+        """Start an episode in all worlds, or in those of the option `reset_mask`.
 
-        A seed gives the worlds `seed`, `seed + 1` and so on; a list gives each its own.
+        An integer sets the seeds of the worlds to `seed`, `seed + 1` and so on; a list sets the seed of each world.
         """
         if seed is None or isinstance(seed, (int, np.integer)):
             seeds = [None if seed is None else int(seed) + world for world in range(self.num_envs)]
@@ -228,10 +228,10 @@ class VectorEnv(gymnasium.vector.VectorEnv):
         return self._episodes.observe(), infos
 
     def step(self, actions: Any) -> Tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, Dict[str, Any]]:
-        """Do a step in all worlds. Actions are clipped to the bounds of their space."""
+        """Run a step in all worlds. Actions are clipped to the bounds of their space."""
         if not self._begun.all():
             world = int(np.argmin(self._begun))
-            raise ResetNeeded(f"no episode has begun in world {world}: call `reset` before `step`")
+            raise ResetNeeded(f"no episode has been started in world {world}: call `reset` before `step`")
         infos: Dict[str, Any] = {}
         if not self._over.any():
             return self._step(actions, None, infos)
@@ -261,7 +261,7 @@ class VectorEnv(gymnasium.vector.VectorEnv):
         return observations, rewards, ended, cut, infos
 
     def _begin(self, worlds: np.ndarray, infos: Dict[str, Any], changes: Optional[Mapping[str, Any]] = None):
-        """Begin episodes, and add their infos to those of the step."""
+        """Start episodes, and add their infos to those of the step."""
         began = self._episodes.begin([int(w) for w in worlds], [self._random(w) for w in worlds], changes)
         for world, info in zip(worlds, began):
             infos = self._add_info(infos, info, world)
@@ -270,7 +270,7 @@ class VectorEnv(gymnasium.vector.VectorEnv):
         return infos
 
     def render(self) -> Optional[Tuple[np.ndarray, ...]]:
-        """A picture of each world: rows, columns and RGB (`uint8`). None without a render mode."""
+        """Render a picture of each world: rows, columns and RGB (`uint8`). Return None without a render mode."""
         if not self.render_mode:
             return None
         return tuple(self._episodes.picture(world, self._camera, self._size) for world in range(self.num_envs))
@@ -282,12 +282,12 @@ class VectorEnv(gymnasium.vector.VectorEnv):
 
 
 def make_env(scene: Optional[PathLike] = None, **arguments: Any) -> Env:
-    """An environment of one world, with the arguments of `Env`."""
+    """Create an environment with one world; the arguments are those of `Env`."""
     return Env(scene, **arguments)
 
 
 def make_vec(scene: Optional[PathLike] = None, num_envs: int = 1, **arguments: Any) -> VectorEnv:
-    """An environment of many worlds, with the arguments of `VectorEnv`."""
+    """Create an environment with many worlds; the arguments are those of `VectorEnv`."""
     return VectorEnv(scene, num_envs, **arguments)
 
 

@@ -91,7 +91,7 @@ def test_a_reset_keeps_the_shapes_of_observations():
     with tatu_sim.World(scene) as world:
         scanner = next(path for path in world.sensors if path.endswith("/scanner"))
     with tatu_sim.Batch(scene, 2, observe=[(scanner, "range_scan.distance")]) as batch:
-        with pytest.raises(tatu_sim.Error, match="other numbers of observations"):
+        with pytest.raises(tatu_sim.Error, match="different numbers of observations"):
             batch.reset([1], sets=[{"scanner.preset": "velodyne_vlp16"}])
         shape = batch.step().shape
         batch.reset([1], sets=[{}])

@@ -208,7 +208,7 @@ def test_a_damaged_output(scene, tmp_path, caplog, monkeypatch):
         assert rows.without_machine() == whole.without_machine() and len(ran) == 1
         assert "its last line was written in part and is removed" in caplog.text
     out.write_bytes(data.replace(b'"key"', b'"kex"', 1))
-    with pytest.raises(ValueError, match="line 1: this is no row of a sweep"):
+    with pytest.raises(ValueError, match="line 1: this is not a row of a sweep"):
         tatu_sim.sweep(jobs(), scene, output=out)
     with pytest.raises(ValueError, match="ends with .jsonl or .parquet"):
         tatu_sim.sweep(jobs(), scene, output=tmp_path / "rows.csv")
@@ -218,7 +218,7 @@ def test_two_sweeps_do_not_write_one_file(scene, tmp_path):
     from tatu_sim._sweep_rows import Output
 
     first = Output(tmp_path / "rows.jsonl")
-    with pytest.raises(BlockingIOError, match="another sweep writes this file"):
+    with pytest.raises(BlockingIOError, match="another sweep is writing this file"):
         tatu_sim.sweep(jobs(), scene, output=tmp_path / "rows.jsonl")
     first.finish()
     assert len(tatu_sim.sweep(jobs(), scene, output=tmp_path / "rows.jsonl")) == 12

@@ -1,11 +1,11 @@
--- Checks the goals of an exercise in each step, and tells which are reached. The goals are the lines of the custom data
--- `exercise.goals` of this object; docs/guide/exercises.md says what a line can be.
+-- Checks the goals of an exercise in each step, and reports those that are reached. The goals are the lines of the
+-- custom data `exercise.goals` of this object; docs/guide/exercises.md describes their syntax.
 
 local goals
--- The time at the end of the last step.
+-- The simulation time at the end of the last step, s.
 local now = 0
 
--- The object at a path, or an error that names the goal.
+-- Returns the object at a path; if there is none, raises an error with the line of the goal.
 local function object(path, line)
     local found = sim.getObject(path, {noError = true})
     if found == -1 then
@@ -22,12 +22,12 @@ local function position(o)
     return sim.getObjectPosition(o, -1)
 end
 
--- A number of a line, or an error that names the goal.
+-- Converts a number in a line; if it is invalid, raises an error with the line of the goal.
 local function amount(text, line)
-    return tonumber(text) or error('the goal "' .. line .. '": ' .. text .. ' is no number', 0)
+    return tonumber(text) or error('the goal "' .. line .. '": ' .. text .. ' is not a number', 0)
 end
 
--- Kinds of conditions: a pattern, and what makes a function of its captures that says whether the condition holds.
+-- Types of conditions: a pattern, and a function that creates from its captures the function that checks the condition.
 local conditions = {
     {'^(/%S+) within ([%d.]+) m of (/%S+)$', function(line, a, reach, b)
         a, b, reach = object(a, line), object(b, line), amount(reach, line)
@@ -70,7 +70,7 @@ local conditions = {
             return index and type(all) == 'table' and all[index] or all
         end
         if type(value()) ~= 'number' then
-            error('the goal "' .. line .. '": ' .. key .. ' is no number, and needs .x, .y or .z if it is a list', 0)
+            error('the goal "' .. line .. '": ' .. key .. ' is not a number; if it is a list, add .x, .y or .z', 0)
         end
         return function()
             if sign == '<' then
@@ -81,7 +81,7 @@ local conditions = {
     end},
 }
 
--- A goal of a line: `[TEXT:] [never] CONDITION [for S s] [before S s]`.
+-- Parses a line with a goal: `[TEXT:] [never] CONDITION [for S s] [before S s]`.
 local function read(line)
     local text, rest = line:match('^(.*):%s+(.+)$')
     local goal = {text = text or line, state = 'open', since = nil}
@@ -102,7 +102,7 @@ local function read(line)
             return goal
         end
     end
-    error('the goal "' .. line .. '" cannot be read: expected such as "/Robot within 0.3 m of /Flag before 30 s", '
+    error('the goal "' .. line .. '" cannot be read: expected a condition such as "/Robot within 0.3 m of /Flag before 30 s", '
         .. '"never /Robot touches /Wall", "/Robot goes 5 m" or "/Pole object.position.z > 0.8 for 5 s"', 0)
 end
 
@@ -155,7 +155,7 @@ end
 function sysCall_cleanup()
     for _, goal in ipairs(goals or {}) do
         if goal.state == 'open' then
-            -- What should never happen has not happened.
+            -- At the end of the run, a condition that must never hold counts as reached.
             ends(goal, goal.never and 'reached' or 'failed')
         end
     end

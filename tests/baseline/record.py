@@ -1,13 +1,13 @@
 #!/usr/bin/env python3
-"""Record what every scene and demo does, to compare two builds of the program.
+"""Records the results of all scenes and demos, to compare two builds of the program.
 
     tests/baseline/record.py record [--program target/release/tatu] OUT
     tests/baseline/record.py compare A B
 
 `record` runs every scene in `scenes/` and every `demo.toml` of a plugin or model for 5 s with seed 1 and writes into
-OUT, per scene: the trace (hash of each object, poses, readings of all sensors, status bar, consoles), what was printed,
-and pictures of the scene at the start and at the end. `compare` names every file that differs, with the first step in
-which two traces part. A change that is meant to keep behaviour leaves all files equal.
+OUT, per scene: the trace (hash of each object, poses, readings of all sensors, status bar, consoles), the output of the
+program, and pictures of the scene at the start and at the end. `compare` lists each file that differs, and the first
+step in which two traces differ. A change that should preserve behaviour leaves all files equal.
 """
 
 import argparse
@@ -28,7 +28,7 @@ def scenes():
 
 
 def run(program, *args):
-    # Scripts write files into the folder they run in: an empty one, so that nothing is left in the repository.
+    # Scripts write files to the working folder, so runs use an empty one, to leave no files in the repository.
     with tempfile.TemporaryDirectory() as folder:
         done = subprocess.run([program, *args, "--files", folder], cwd=ROOT, capture_output=True, text=True, timeout=600)
         written = {p.relative_to(folder): p.read_bytes() for p in sorted(pathlib.Path(folder).rglob("*")) if p.is_file()}
@@ -36,7 +36,7 @@ def run(program, *args):
 
 
 def summary_of(text):
-    """The summary of a run without its times and counts of instructions."""
+    """Returns the summary of a run without its durations and instruction counts."""
     try:
         summary = json.loads(text)
     except ValueError:

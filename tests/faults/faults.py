@@ -22,8 +22,7 @@ HERE = Path(__file__).resolve().parent
 ROOT = HERE.parent.parent
 API = ROOT / "plugin-api"
 
-# The plugins without a fault, as they were when the faults were written. They are copies: the plugins that they were
-# copied from may change, the faults may not.
+# The plugins without faults. They are copies, because their originals may change, but the faults must not.
 IN_C = ["c_command", "cart", "counter", "fleet", "lamp", "murmur", "notes", "points", "puff", "speckle"]
 IN_CPP = ["cpp_command", "guard"]
 IN_RUST = {"compass": "lib", "rust_sensor": "lib", "tally": "lib", "thruster": "thruster"}
@@ -33,8 +32,8 @@ BASES = {
     **{name: HERE / f"bases/{name}/src/{file}.rs" for name, file in IN_RUST.items()},
 }
 
-# Name, plugin, and what is replaced. Each text must occur exactly once. Most faults are one replacement; where the
-# change needs an #include or touches two places, there are more.
+# Name, plugin, and replacements. Each replaced text must occur exactly once. Most faults are a single replacement;
+# those that need an #include or affect two places have more.
 FAULTS = [
     # ---- descriptor and tables
     ("size_forgotten", "fleet", [(
@@ -250,7 +249,7 @@ static int show_count(void *given) {
 
 
 def changed(name, base, edits):
-    """The source of a base with its replacements made."""
+    """Returns the source of a base with the replacements applied."""
     source = BASES[base].read_text()
     for old, new in edits:
         if source.count(old) != 1:
@@ -266,7 +265,7 @@ def run(command, **kwargs):
 
 
 def make_c(name, base, source, folder):
-    """One file, one compiler line, as plugin-api/README.md has them."""
+    """Builds a plugin from a single file with one compiler call, as described in plugin-api/README.md."""
     cpp = BASES[base].suffix == ".cpp"
     file = folder / f"{name}{BASES[base].suffix}"
     file.write_text(source)
@@ -276,7 +275,7 @@ def make_c(name, base, source, folder):
 
 
 def make_rust(name, base, source, folder, out, build):
-    """A crate outside of the workspace, with the dependencies of the base."""
+    """Writes a crate outside of the workspace, with the dependencies of the base."""
     crate = next(p for p in BASES[base].parents if (p / "Cargo.toml").exists())
     shutil.copytree(crate / "src", folder / "src", dirs_exist_ok=True)
     (folder / BASES[base].relative_to(crate)).write_text(source)

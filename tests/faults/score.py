@@ -20,7 +20,7 @@ AT_ONCE = 2
 
 
 def build(which, out):
-    """Builds faulty plugins (`all`) or those without faults (`none`); their libraries by name."""
+    """Builds faulty plugins (`all`) or those without faults (`none`); returns their libraries by name."""
     subprocess.run([sys.executable, HERE / "faults.py", "make", which, out, "--rust"], check=True,
                    stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
     libraries = {}
@@ -32,7 +32,7 @@ def build(which, out):
 
 
 def findings(program, library):
-    """The errors that a check finds; the message of the program if the plugin is not loaded at all."""
+    """Returns the errors that a check finds, or the message of the program if the plugin is not loaded."""
     ran = subprocess.run([program, "plugin", "check", library, "--json"], capture_output=True, text=True)
     if ran.returncode not in (0, 1):
         return [ran.stderr.strip() or f"exit code {ran.returncode}"]

@@ -1,6 +1,6 @@
-"""A root file system with glibc and libgcc alone: no shell, no compiler, no package manager.
+"""Creates a root file system with only glibc and libgcc: no shell, no compiler, no package manager.
 
-Made of files of this machine's Debian packages, so that it needs no network.
+It consists of files from this machine's Debian packages, so that no network is needed.
 """
 
 import fcntl
@@ -15,14 +15,14 @@ PACKAGES = ["libc6", "libgcc-s1"]
 # Folders on which tmpfs or proc is mounted, and devices that programs may expect.
 MOUNTS = ["dev", "opt", "proc", "tmp"]
 DEVICES = ["null", "zero", "random", "urandom"]
-# Of Linux: what sets the flags of a network interface, and the flag that switches it on.
+# Linux constants: the ioctl that sets the flags of a network interface, and the flag that enables it.
 SIOCSIFFLAGS, IFF_UP = 0x8914, 1
-# None of these may be in a root file system in which a package is tried.
+# Tools that must not exist in a root file system in which a package is tested.
 TOOLS = ["cc", "gcc", "c++", "clang", "rustc", "cargo", "node", "npm", "python3"]
 
 
 def make(root):
-    """Makes the root file system in an empty folder."""
+    """Creates the root file system in an empty folder."""
     for folder in ["usr/bin", "usr/lib", "usr/lib64", "etc", *MOUNTS]:
         (root / folder).mkdir(parents=True)
     for folder in ["bin", "lib", "lib64"]:
@@ -34,7 +34,7 @@ def make(root):
                          "the folder of a root file system by --root") from None
     for line in sorted(set(told.split("\n"))):
         source = Path(line)
-        # Without the tables of conversions between encodings, which only iconv reads.
+        # Conversion tables between encodings are omitted, because only iconv reads them.
         if ".so" in source.name and "gconv" not in line and source.is_file():
             place = root / line.lstrip("/")
             place.parent.mkdir(parents=True, exist_ok=True)
@@ -43,7 +43,7 @@ def make(root):
 
 
 def mount(root):
-    """Mounts what programs need to run in a root file system; the namespace of this process takes it away again."""
+    """Mounts file systems that programs need in a root file system; they vanish with the namespace of this process."""
     for folder in MOUNTS:
         if not (root / folder).is_dir():
             raise SystemExit(f"{root}: expected a root file system with the folder {folder}")
@@ -56,12 +56,12 @@ def mount(root):
 
 
 def switch_loopback_on():
-    """In a new network namespace, not even this machine answers to itself."""
+    """Enables the loopback interface, which is down in a new network namespace."""
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as any_socket:
         fcntl.ioctl(any_socket, SIOCSIFFLAGS, struct.pack("16sh22x", b"lo", IFF_UP))
 
 
 def tools_in(root):
-    """Returns which of the tools are there that a package may not need."""
+    """Returns those tools in the root file system that a package must not depend on."""
     folders = ["bin", "usr/bin", "usr/local/bin"]
     return [t for t in TOOLS if any(os.path.lexists(root / folder / t) for folder in folders)]

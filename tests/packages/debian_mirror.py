@@ -1,4 +1,4 @@
-"""Packages of any release and architecture of Debian, unpacked into a folder, beside and apart from this machine's own."""
+"""Unpacks packages of any Debian release and architecture into a folder, independently of this machine's packages."""
 
 import hashlib
 import lzma
@@ -6,12 +6,12 @@ import subprocess
 import urllib.request
 
 MIRROR = "http://deb.debian.org"
-# Releases that have left the mirror.
+# Releases that were moved from the mirror to the archive.
 ARCHIVE = "http://archive.debian.org"
 
 
 class Missing(Exception):
-    """What could not be fetched."""
+    """A package could not be fetched."""
 
 
 def fetch(url):
@@ -23,7 +23,7 @@ def fetch(url):
 
 
 def index(suite, architecture):
-    """Packages of a suite by name: their path on the mirror and their SHA-256; and the mirror."""
+    """Returns the packages of a suite by name, with their paths on the mirror and their SHA-256, and the mirror."""
     tree = "debian-security" if suite.endswith("-security") else "debian"
     for mirror in (f"{MIRROR}/{tree}", f"{ARCHIVE}/{tree}"):
         try:
@@ -35,14 +35,14 @@ def index(suite, architecture):
         for entry in lzma.decompress(packed).decode().split("\n\n"):
             fields = dict(line.split(": ", 1) for line in entry.split("\n") if ": " in line and line[0] != " ")
             if "Package" in fields:
-                # The newest is last.
+                # The newest version is the last entry.
                 found[fields["Package"]] = (fields["Filename"], fields["SHA256"])
         return mirror, found
     raise why
 
 
 def unpack(suite, architecture, packages, folder):
-    """Unpacks packages, without those that they depend on, into a folder, unless they are there."""
+    """Unpacks packages, without their dependencies, into a folder, unless that was done before."""
     done = folder / f".{suite}-{architecture}"
     if done.exists() and done.read_text() == " ".join(packages):
         return folder

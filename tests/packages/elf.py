@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
 """Tests which glibc ELF files need: elf.py FILE_OR_DIR... [--glibc 2.28]
 
-Every program and library in the folders, wheels, zips and tarballs that are named is read. Fails if one needs a symbol
-of a later glibc, weak ones included, and lists file, version and symbol.
+Reads all programs and libraries in the given folders, wheels, zip files and tarballs. Fails if one needs a symbol of a
+later glibc, including weak symbols, and lists file, version and symbol.
 """
 
 import argparse
@@ -91,7 +91,7 @@ def run(arguments):
 
 
 def made_up(version, order="<"):
-    """Returns a library with one imported symbol `f` of a version of libc.so.6, as small as can be."""
+    """Returns a minimal library that imports one symbol `f` with a version of libc.so.6."""
     strings = b"\0libc.so.6\0f\0" + version.encode() + b"\0"
     libc, symbol, name = 1, 11, 13
 
@@ -105,7 +105,7 @@ def made_up(version, order="<"):
         ("symbols", b"\0" * 24 + pack("IBBHQQ", symbol, 0x12, 0, 0, 0, 0)),
         ("indices", pack("HH4x", 0, 2)),
         ("needs", pack("HHIII", 1, 1, libc, 16, 0) + pack("IHHII", 0, 0, 2, name, 0)),
-        # One empty bucket: imported symbols alone, the first that would be hashed is number 2.
+        # One empty bucket, because there are only imported symbols; the first hashed symbol would be number 2.
         ("hashes", pack("IIII", 1, 2, 1, 0) + pack("QI4x", 0, 0)),
     ]:
         parts[key] = (at, data)

@@ -1,4 +1,4 @@
-"""Reads the page of a running program as a browser would: everything that it loads, and from where."""
+"""Reads the page of a running program as a browser would: all files that it loads, and their origins."""
 
 import html.parser
 import http.client
@@ -12,14 +12,14 @@ import urllib.parse
 IMPORT = re.compile(r"""(?:\bfrom|\bimport)\s*\(?\s*["']((?:\.\.?/|https?:|//)[^"']*)["']""")
 OUTSIDE = re.compile(r"^(https?:|wss?:|//)")
 URL = re.compile(r"""https?://[^\s"'`)<>]+""")
-# Names of XML vocabularies, from which nothing is loaded.
+# XML namespace names, which are not loaded.
 NAMES = ("http://www.w3.org/",)
-# What a page without its libraries lacks.
+# A file that is missing in a page without its libraries.
 LIBRARIES = ["three", "@codemirror/view", "@codemirror/state", "@lezer/common"]
 
 
 class Links(html.parser.HTMLParser):
-    """What an HTML file loads, and its import map."""
+    """Collects the files that an HTML file loads, and its import map."""
 
     def __init__(self):
         super().__init__()
@@ -41,7 +41,7 @@ class Links(html.parser.HTMLParser):
 
 
 def check(address):
-    """Returns lines about what is wrong with the page at an address, the number of its files and their bytes."""
+    """Returns lines about errors of the page at an address, the number of its files, and their size in bytes."""
     base = urllib.parse.urlsplit(address)
     wrong, total = [], 0
 
@@ -83,18 +83,18 @@ def check(address):
             left.append(name if OUTSIDE.match(name) else posixpath.join(posixpath.dirname(target), name))
             left[-1] = left[-1] if OUTSIDE.match(left[-1]) else posixpath.normpath(left[-1])
         if target.startswith("/page/"):
-            # The comments of libraries name pages; our own modules name none.
+            # Comments in libraries contain addresses; the page's own modules must not.
             wrong += [f"{target} names {url}" for url in URL.findall(text) if not url.startswith(NAMES)]
     return wrong, len(seen) + 1, total
 
 
 def test():
-    """A made-up page is refused for each thing that a whole one has not."""
+    """Checks with generated pages that each kind of error is detected."""
     policy = "default-src 'none'; script-src 'self'"
     imports = {name: f"/lib/{i}.js" for i, name in enumerate(LIBRARIES)}
 
     def tried(head="", main="import { a } from './b.js';", policy=policy, imports=imports, gone=None):
-        """Returns what is said about a page with some of its parts replaced."""
+        """Returns the errors of a generated page in which some parts are replaced."""
         files = {place: "export const a = 1;" for place in imports.values()}
         files["/page/main.js"], files["/page/b.js"] = main, "// http://www.w3.org/2000/svg"
         map_text = json.dumps({"imports": imports})

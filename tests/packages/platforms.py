@@ -1,15 +1,15 @@
 #!/usr/bin/env python3
 """Compares the hashes of scenes between compilers, C libraries and processors: platforms.py [OPTIONS] [FILE...]
 
-    --only NAME,...    platforms to try beside the first; default: all below
+    --only NAME,...    platforms to test in addition to the first; default: all below
     --steps N          steps of each run; default: 20
-    --target DIR       where things are built and fetched; default: target/platforms
-    --tarball FILE     the package that is tried in root file systems; made by zig unless given
-    --out FILE         where the table goes, as Markdown; default: hashes.md in the target folder
+    --target DIR       folder for builds and downloads; default: target/platforms
+    --tarball FILE     the package to test in root file systems; built by zig unless given
+    --out FILE         the Markdown file for the table; default: hashes.md in the target folder
 
-FILE are scenes beside those of scenes/. Each platform is built, fetched or emulated as far as this machine can; what it
-lacks is told in the table. A scene is equal if its run has the same hash as with the first platform, this machine's own
-compiler. Ends with 1 if any differs.
+FILE are scenes in addition to those of scenes/. Each platform is built, fetched or emulated if this machine can do so;
+the table shows what is missing. A scene is equal if its run has the same hash as on the first platform, this machine's
+own compiler. The exit code is 1 if any scene differs.
 """
 
 import argparse
@@ -25,7 +25,7 @@ from pathlib import Path
 
 import debian_mirror
 
-# Ahead of this folder, which has a file of the same name.
+# Must precede this folder in the search path, because it has a file with the same name.
 sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "packages"))
 
 import wheel  # noqa: E402
@@ -37,16 +37,16 @@ ORDER = ["own", "simd_off", "old_processor", "clang", "zig", "bullseye", "bookwo
 TIMEOUT_S = 600
 # Older than the processors that have AVX or fused multiply-add.
 OLD_PROCESSOR = "Westmere"
-# Where a command says which folders the sandbox has: those of the scene and of the run, under their own names.
+# Placeholder in a command for the options that bind the folders of the scene and of the run into the sandbox.
 FOLDERS = "--folders-of-the-run"
 
 
 class Lacking(Exception):
-    """What this machine lacks to try a platform."""
+    """This machine lacks something that is needed to test a platform."""
 
 
 def cargo(target, triple=None, command=("cargo", "build"), **environment):
-    """Builds the program with its plugins; its path."""
+    """Builds the program with its plugins; returns its path."""
     call = [*command, "--release", "--locked", "-p", "tatu", "-p", "libtatu", *(["--target", triple] if triple else [])]
     told = subprocess.run(call, cwd=ROOT, env={**os.environ, "CARGO_TARGET_DIR": str(target), **environment}, check=False)
     if told.returncode != 0:
@@ -61,7 +61,7 @@ def need(*programs):
 
 
 class Platforms:
-    """How each is made. A method returns the command that runs the program, and what is added to its environment."""
+    """Prepares the platforms. Each method returns the command that runs the program, and additions to its environment."""
 
     def __init__(self, target, tarball):
         self.target, self.given, self.native = target, tarball, None
@@ -113,7 +113,7 @@ class Platforms:
         return ["qemu-aarch64-static", "-L", "/usr/aarch64-linux-gnu", str(program)], {}
 
     def unpacked(self):
-        """The package, unpacked; made by zig unless it was given."""
+        """Returns the unpacked package, which is built by zig unless it was given."""
         archive = self.given
         if archive is None:
             tools = wheel.environment(self.target / "tools", wheel.TOOLS)
@@ -131,7 +131,7 @@ class Platforms:
         return top
 
     def within(self, release):
-        """The package in a root file system that has the C library of a release of Debian and nothing else."""
+        """Sets up the package in a root file system that contains only the C library of a Debian release."""
         need("bwrap")
         home = self.unpacked()
         root = debian_mirror.unpack(release, "amd64", ["libc6", "libgcc-s1"], self.target / release)
@@ -141,7 +141,7 @@ class Platforms:
         return ["bwrap", *binds, FOLDERS, "/opt/tatu/bin/tatu"], {}
 
     def debian_rustc(self):
-        """Debian's Rust compiler with its standard library for AArch64."""
+        """Fetches Debian's Rust compiler with its standard library for AArch64."""
         root, suite = self.target / "rustc", "bookworm-security"
         names = debian_mirror.index(suite, "amd64")[1]
         version = next(name for name in names if name.startswith("libstd-rust-web-1."))
@@ -155,7 +155,7 @@ class Platforms:
 
 
 def hash_of(command, environment, scene, steps):
-    """The hash of a run, or what went wrong."""
+    """Returns the hash of a run, or the error."""
     with tempfile.TemporaryDirectory() as work:
         # Scripts open files in the working folder.
         shipped = ROOT / "scenes"
@@ -163,7 +163,7 @@ def hash_of(command, environment, scene, steps):
         folders = ["--ro-bind", seen, seen, "--bind", work, work, "--chdir", work]
         call = [part for word in command for part in (folders if word == FOLDERS else [word])]
         call += ["run", str(scene), "--steps", str(steps), "--json", "--no-addons"]
-        # Programs in folders of their own do not find the models by themselves.
+        # Programs outside of the source tree do not find the models automatically.
         environment = {**os.environ, "TATU_MODEL_PATH": str(ROOT / "models"), **environment}
         try:
             told = subprocess.run(call, cwd=work, capture_output=True, text=True, timeout=TIMEOUT_S, check=False,
@@ -205,7 +205,7 @@ def main():
         with concurrent.futures.ThreadPoolExecutor(os.cpu_count()) as pool:
             hashes = list(pool.map(lambda scene: hash_of(command, environment, scene, args.steps), scenes))
         if name == "own":
-            # Parts that other scenes include do not run by themselves.
+            # Files that other scenes include cannot be run separately.
             for scene, got in zip(scenes, hashes):
                 if got.startswith("none"):
                     print(f"left out: {scene.name}: {got}")
@@ -224,7 +224,7 @@ def main():
 
 
 def markdown(scenes, table, lacking, steps):
-    """The table: a row for each scene, a column for each platform."""
+    """Returns the table, with a row for each scene and a column for each platform."""
     about = {name: getattr(Platforms, name).__doc__ for name in ORDER}
     lines = [f"Hashes after {steps} steps.", "", "| scene | " + " | ".join(about[n] for n in table) + " |"]
     lines.append("|---" * (1 + len(table)) + "|")

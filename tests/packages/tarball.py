@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
-"""Tries a tarball of the program where nothing else is: tarball.py TARBALL [--root DIR] [--hash HASH]
+"""Tests a tarball of the program in isolation: tarball.py TARBALL [--root DIR] [--hash HASH]
 
-It is unpacked into a root file system with glibc alone, or into that in DIR, below a folder that cannot be written,
-with no network but this machine's own. What is tried is printed; ends with 1 if anything fails. Needs Linux, and
+The tarball is unpacked into a root file system with only glibc, or into that in DIR, below a read-only folder, without
+any network except for the loopback interface. Prints the tests; the exit code is 1 if one fails. Needs Linux, and
 `unshare` as root or with user namespaces.
 """
 
@@ -23,16 +23,16 @@ import page_check
 
 SCENE = "first/pioneer_avoids_walls.toml"
 STEPS = "200"
-# A folder that the root file system has.
+# A folder in the root file system.
 TEMPORARY = "/tmp"
-# Tells users which hash they get.
+# The page that tells users which hash to expect.
 GUIDE = Path(__file__).resolve().parents[2] / "docs/guide/install.md"
-# Plugins, models, scenes and headers together with the program come to no fewer.
+# Minimum number of files: the program, plugins, models, scenes and headers.
 FEWEST_FILES = 500
 
 
 class Failed(Exception):
-    """What is wrong."""
+    """A test failed."""
 
 
 def expect(holds, text):
@@ -41,7 +41,7 @@ def expect(holds, text):
 
 
 class Trial:
-    """A tarball, unpacked in a root file system."""
+    """A tarball that is unpacked in a root file system."""
 
     def __init__(self, archive, root):
         self.root = root
@@ -67,7 +67,7 @@ class Trial:
                                 stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
 
     def tatu(self, *args):
-        """Runs the program and returns its output; whatever it warns of is a failure."""
+        """Runs the program and returns its output; any warning is a failure."""
         process = self.start(*args)
         out, err = process.communicate(timeout=300)
         expect(process.returncode == 0, f"`tatu {' '.join(args)}` ended with {process.returncode}: {err.strip()}")
@@ -132,7 +132,7 @@ def run(trial, scene, *args):
 
 
 def expected_hash():
-    """Returns the hash that the guide tells."""
+    """Returns the hash stated in the guide."""
     told = re.findall(rf"^{STEPS} steps,.* hash ([0-9a-f]+)$", GUIDE.read_text(encoding="utf-8"), re.MULTILINE)
     expect(len(told) == 1, f"{GUIDE}: expected one line `{STEPS} steps, ... hash HASH`")
     return told[0]
@@ -188,7 +188,7 @@ CHECKS = [archive_is_neutral, version, plugins, models, addons, scene, name, pic
 
 
 def try_all(args):
-    """Runs in namespaces of its own, with which all mounts and processes end."""
+    """Runs the tests in new namespaces, with which all mounts and processes end."""
     root, wrong = args.inside, 0
     if args.root:
         subprocess.run(["mount", "--bind", str(args.root), str(root)], check=True)
@@ -235,7 +235,7 @@ def main():
     except OSError as error:
         raise SystemExit(f"unshare: {error}\n  expected: Linux with util-linux") from None
     finally:
-        # What was mounted there is gone; were it not, this would fail and delete nothing.
+        # The mounts have vanished with the namespace. If one remained, this would fail without deleting anything.
         os.rmdir(folder)
     sys.exit(ran.returncode)
 

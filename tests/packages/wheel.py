@@ -1,10 +1,10 @@
 #!/usr/bin/env python3
-"""Tries a wheel as somebody does who has only Python: in fresh virtual environments, without a compiler in PATH.
+"""Tests a wheel as on a machine that has only Python: in new virtual environments, without a compiler in PATH.
 
     tests/packages/wheel.py WHEEL [--python PYTHON]... [--hash HASH]
 
 Checks its size, that no file needs a newer glibc than 2.28 (`elf.py`), that `abi3audit` finds nothing, and, with each
-Python, that the doctor is content, five lines drive a robot, the command line runs, and the page is served.
+Python, that the doctor succeeds, five lines drive a robot, the command line runs, and the page is served.
 """
 
 import argparse
@@ -50,7 +50,7 @@ def main():
 
 
 def audit(folder, wheel):
-    """abi3audit: the module uses nothing but the stable interface that its name promises."""
+    """Checks with abi3audit that the module only uses the stable ABI, as its name promises."""
     run([sys.executable, "-m", "venv", str(folder / "audit")])
     bin = folder / "audit/bin"
     run([str(bin / "pip"), "install", "-q", "abi3audit"])
@@ -59,11 +59,11 @@ def audit(folder, wheel):
 
 
 def tried(folder, python, wheel):
-    """Installs the wheel and uses it; the hash of the robot."""
+    """Installs the wheel and uses it; returns the hash of the run."""
     run([python, "-m", "venv", str(folder)])
     bin = folder / "bin"
     run([str(bin / "pip"), "install", "-q", str(wheel)])
-    # No compiler, no Cargo, no other Tatu.
+    # The PATH contains no compiler, no Cargo and no other Tatu.
     env = {"PATH": str(bin), "HOME": str(folder), "LANG": "C.UTF-8"}
     here = {"env": env, "cwd": folder}
     version = run([str(bin / "python"), "--version"], **here).strip()

@@ -1,5 +1,5 @@
-//! The same tests with the solvers that `auto` does not choose: reduced form for all mechanisms that would be trees, and
-//! trees for vehicles.
+//! The same tests with the solvers that `auto` does not choose: the reduced form for mechanisms that would be solved as
+//! trees, and trees for vehicles.
 
 /// Keys of `[scene]` that all scenes get.
 const SETTINGS: &str = "joint_solver = \"reduced\"\n";

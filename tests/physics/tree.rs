@@ -1,9 +1,9 @@
-//! What only mechanisms that are solved as trees do.
+//! Tests of mechanisms that are solved as trees.
 
 use crate::{kit::*, scenes::*};
 
-/// A slide with a block that pushes a box over the floor and draws back: the joint bears the box's friction, and the box
-/// stays where it was left.
+/// A block on a slide pushes a box over the floor and retracts: the joint bears the box's friction, and the box stays
+/// where it was left.
 fn pusher() -> String {
     let slide = placed([0.0, 0.0, 0.1], [0.0, 1.0, 0.0], std::f64::consts::FRAC_PI_2)
         + "\ntype = \"prismatic\"\ncontrol = \"velocity\"\nmax_force_n = 200.0\nlimits_m = [-1.0, 1.0]";
@@ -83,7 +83,7 @@ fn the_solver_of_a_mechanism_is_named_with_the_reason() {
     assert_eq!(solver(&screw), "reduced: gears or screws couple its joints");
 }
 
-/// The quadruped walks ahead, upright and straight.
+/// The quadruped walks straight ahead and remains upright.
 #[test]
 fn legs_walk() {
     let scene = floor(1.0) + "[[model]]\nmodel = \"quadruped\"\n";
@@ -93,7 +93,7 @@ fn legs_walk() {
     assert!(end[0] > 1.0 && end[1].abs() < 0.1 && end[2] > 0.25);
 }
 
-/// Rolling friction that a script gives a ball of a mechanism acts from then on: the engine solves the mechanism.
+/// Rolling friction that a script sets for a ball of a mechanism takes effect: the engine then solves the mechanism.
 #[test]
 fn a_surface_may_become_special_in_a_run() {
     let start = starts([1.0, 0.0, 0.0], [0.0, 10.0, 0.0]);

@@ -2,7 +2,7 @@
 
 use crate::{kit::*, scenes::*};
 
-/// Radius of its wheels and distance between them, m.
+/// Radius of the wheels and distance between them, m.
 const RADIUS: f64 = 0.0975;
 const TRACK: f64 = 0.331;
 

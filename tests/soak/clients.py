@@ -1,20 +1,20 @@
 #!/usr/bin/env python3
-"""Random commands from eight clients of four protocols, for so many minutes by the clock: no panic, no growth.
+"""Random commands from eight clients of four protocols, for some minutes of real time: no panic, no memory growth.
 
     tests/soak/clients.py target/release/tatu --minutes 30
 
-Two clients each of jsonl, the ZeroMQ remote API, the legacy remote API and rosbridge call what there is with arguments that mostly
-mean nothing; every few seconds one of them is killed and another one comes. Exit code 1 if the program ends, panics, no longer
-answers, or holds more memory in the end than after a quarter of the time. Packages of PyPI are installed into a folder beside the
-program's."""
+Two clients each of jsonl, the ZeroMQ remote API, the legacy remote API and rosbridge call all commands with mostly
+meaningless arguments; every few seconds, one of them is killed and replaced. The exit code is 1 if the program ends,
+panics, no longer answers, or uses more memory at the end than after a quarter of the time. Packages from PyPI are
+installed into a folder next to the program's."""
 
 import argparse, glob, json, os, random, re, signal, socket, subprocess, sys, threading, time, zipfile
 
 KINDS = ["jsonl", "zmq_remote", "legacy_remote", "rosbridge"]
 SCENE = "scenes/first/pioneer_for_ros.toml"
-# What ends the run, asks a person, starts something outside, or piles up what a run keeps.
+# Commands that end the run, wait for a user, start programs, or accumulate data in the world.
 NOT = r"quit|close|load|open|save|export|launch|Dialog|[sS]cript|create|copy|import|add|duplicate|wait|moveTo|sim\.step|switchThread|yield"
-# Mebibytes that the program may hold more in the end: what the allocator keeps for itself.
+# Allowed growth of memory, MiB, because the allocator does not return all freed memory.
 GROWTH_MB = 24
 
 
@@ -27,7 +27,7 @@ def anything(r):
 
 
 def fitting(r, parameter):
-    """Mostly of the type that is asked for."""
+    """Returns a random argument, which usually has the declared type."""
     kind = parameter["type"]
     if r.random() < 0.2:
         return anything(r)
@@ -78,7 +78,7 @@ def zmq_remote(port, r, commands):
 
 
 def legacy_binding():
-    """The binding of the legacy library, as a module, without the package around it."""
+    """Loads the binding of the legacy library as a module, without the package that contains it."""
     import importlib.util, types
     folder = os.environ["LEGACY"] + "/"
     for name in ("pypot", "pypot.vrep", "pypot.vrep.remoteApiBindings"):
@@ -130,7 +130,7 @@ def rosbridge(port, r, _):
 
 
 def python(folder):
-    """An interpreter with the clients' packages, and the legacy library beside it."""
+    """Creates an environment with the clients' packages and the legacy library; returns its interpreter."""
     program = os.path.join(folder, "bin/python")
     if not os.path.exists(program):
         subprocess.check_call([sys.executable, "-m", "venv", folder])
@@ -179,7 +179,7 @@ def main():
         return kind, subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
 
     def answers():
-        """Whether somebody new is answered, and the simulation started anew, though others may hold or stop it."""
+        """Returns whether a new client gets answers and can restart the simulation, although others may hold or stop it."""
         s = socket.create_connection(("127.0.0.1", int(ports["jsonl"])), 10)
         s.settimeout(30)
         s.sendall(b'{"id":1,"state":true}\n{"id":2,"request":"start"}\n')

@@ -64,7 +64,7 @@ pub fn all(r: &Registry, id: &str) -> Vec<Json> {
     }
     if list::is_model_file(r, id) {
         out.push(json!({
-            "what": "model", "id": id, "text": "a file, which scenes name by its path relative to their folder",
+            "what": "model", "id": id, "text": "a file; scenes refer to it by its path relative to their folder",
             "example": example::model_file(id),
         }));
     }
@@ -116,7 +116,7 @@ fn model(r: &Registry, m: &Model) -> Json {
     out
 }
 
-/// Adds what the card beside a model's file says. One that cannot be read is a warning.
+/// Adds the contents of the card beside a model's file. A card that cannot be read causes a warning.
 fn card(out: &mut Json, m: &Model, file: &Path) {
     let card = card::read(file).inspect_err(report::warning).ok().flatten();
     let grade = Grade::of(&m.numbers, card.as_ref());
@@ -133,7 +133,7 @@ fn card(out: &mut Json, m: &Model, file: &Path) {
     out["not_shown"] = json!(card.not_shown);
 }
 
-/// Describes a model in a folder. One that cannot be read is a warning.
+/// Describes a model in a folder. A model that cannot be read causes a warning.
 fn found_model(r: &Registry, found: &Found) -> Option<Json> {
     let Some(importer) = found.importer.and_then(|i| r.importers.get(i)) else {
         return list::found_model(r, found).inspect_err(report::warning).ok().map(|m| model(r, &m));

@@ -68,7 +68,7 @@ pub fn describe(args: &Describe) -> ExitCode {
         return ExitCode::from(2);
     }
     if args.json {
-        // An id may name several things, but usually only one.
+        // Several items of different types may share an id.
         let mut told: Vec<Value> = all.into_iter().map(with_others).collect();
         let told = if told.len() == 1 { told.remove(0) } else { Value::Array(told) };
         report::out!("{}", serde_json::to_string_pretty(&told).unwrap_or_default());

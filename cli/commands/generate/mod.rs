@@ -1,5 +1,5 @@
-//! `tatu generate`: what packages of the program contain besides it: the manual page, completions for shells, and
-//! declarations of commands for Python.
+//! `tatu generate`: prints files that packages of the program contain besides the binary: the manual page, completions
+//! for shells, and declarations of commands for Python.
 
 mod stubs;
 
@@ -17,7 +17,7 @@ use crate::{
     watchdog::Watchdog,
 };
 
-/// Prints what was asked for. The exit code is 0, or 1 if it could not be written.
+/// Prints the requested file. The exit code is 0, or 1 if the file could not be generated.
 pub fn generate(args: &Generate) -> ExitCode {
     let mut command = Args::command();
     let mut text = Vec::new();
@@ -36,7 +36,7 @@ pub fn generate(args: &Generate) -> ExitCode {
         }
     };
     if let Err(e) = made {
-        report::error(&Error::new("E105", format!("the manual page cannot be made: {e}")));
+        report::error(&Error::new("E105", format!("cannot generate the manual page: {e}")));
         return ExitCode::FAILURE;
     }
     report::out!("{}", String::from_utf8_lossy(&text).trim_end());
@@ -59,7 +59,7 @@ fn python() -> ExitCode {
     }
 }
 
-/// Writes one page for the program and all its commands.
+/// Writes a single manual page for the program and all its commands.
 fn manual(command: clap::Command, out: &mut Vec<u8>) -> std::io::Result<()> {
     let commands: Vec<clap::Command> = command.get_subcommands().filter(|c| !c.is_hide_set()).cloned().collect();
     let page = clap_mangen::Man::new(command);
@@ -70,7 +70,7 @@ fn manual(command: clap::Command, out: &mut Vec<u8>) -> std::io::Result<()> {
     page.render_options_section(out)?;
     for command in commands {
         let title = format!("tatu {}", command.get_name());
-        // Their own sections become parts of one page: each begins with the command as a heading.
+        // Each command becomes one section of the page, with the command as its heading.
         let mut part = Vec::new();
         let page = clap_mangen::Man::new(command.display_name(title.clone()));
         page.render_synopsis_section(&mut part)?;

@@ -1,4 +1,4 @@
-//! Declarations of all commands as Python's type checkers and editors read them.
+//! Declarations of all commands as a stub file for Python's type checkers and editors.
 
 use std::{
     collections::{BTreeMap, BTreeSet},
@@ -16,19 +16,19 @@ import numpy as np
 Numbers = Union[Sequence[float], np.ndarray]
 ";
 
-/// Words that cannot be names in Python.
+/// Python's reserved words, which cannot be names of methods or parameters.
 const RESERVED: &[&str] = &[
     "False", "None", "True", "and", "as", "assert", "async", "await", "break", "class", "continue", "def", "del",
     "elif", "else", "except", "finally", "for", "from", "global", "if", "import", "in", "is", "lambda", "nonlocal",
     "not", "or", "pass", "raise", "return", "try", "while", "with", "yield", "self",
 ];
 
-/// Returns the text of the file: a class for each name space, and the class that has them as attributes.
+/// Returns the contents of the stub file: a class for each namespace, and a class with these as its attributes.
 pub fn write(registry: &Registry) -> String {
     let mut spaces: BTreeMap<&str, BTreeMap<&str, &CommandEntry>> = BTreeMap::new();
     for command in &registry.commands {
         for name in &command.names {
-            // Python reaches commands without a name space by `call` alone.
+            // In Python, commands without a namespace are accessible only through `call`.
             if let Some((space, short)) = name.name.split_once('.').filter(|(s, n)| is_name(s) && is_name(n)) {
                 spaces.entry(space).or_default().insert(short, command);
             }
@@ -81,7 +81,7 @@ fn method(out: &mut String, name: &str, command: &CommandEntry) {
     let _ = writeln!(out, "        \"\"\"{}\"\"\"", text(command).replace('\\', "\\\\").replace("\"\"\"", "'''"));
 }
 
-/// The description of a command, with its parameters and results.
+/// Returns the docstring of a command, with its parameters and results.
 fn text(command: &CommandEntry) -> String {
     let mut out = command.text.clone();
     for (title, all) in [("Args", &command.params), ("Returns", &command.returns)] {

@@ -1,7 +1,7 @@
 //! `tatu look`: renders a picture of a scene, or of a sensor's reading.
 //!
-//! `sensor` chooses the picture by the schemas of a reading; `scan`, `frame`, `near` and `numbers` draw it; `canvas`:
-//! drawing primitives; `file`: PNG.
+//! `sensor` chooses the type of picture by the schemas of a reading; `scan`, `frame`, `near` and `numbers` draw it;
+//! `canvas` contains drawing primitives; `file` writes PNG files.
 
 pub mod canvas;
 pub mod file;
@@ -49,7 +49,7 @@ fn take(args: &Look, watchdog: &Watchdog) -> Result<bool, Error> {
         sensor::find(&world, path)?;
     }
     if !document.services.is_empty() {
-        report::note("services are not started for a picture");
+        report::note("services are not started by `tatu look`");
     }
     run(&world, args, watchdog);
     let picture = match &args.sensor {
@@ -76,7 +76,7 @@ fn own_camera(world: &World, args: &Look) -> Camera {
     let fov = args.fov.map(f64::to_radians);
     match tatu_render::scene_camera(world, fov, args.size) {
         Some((camera, path)) => {
-            report::note(&format!("seen by {path}; `--from` and `--to` choose another place"));
+            report::note(&format!("seen by {path}; `--from` and `--to` choose another viewpoint"));
             camera
         }
         None => tatu_render::framing(world, fov.unwrap_or(FOV.to_radians()), args.size),
@@ -119,7 +119,7 @@ fn run(world: &World, args: &Look, watchdog: &Watchdog) {
     }
 }
 
-/// Prints the log of scripts and the host to standard error; standard output is only used by runs.
+/// Prints the log of scripts and the host to standard error; only `tatu run` prints it to standard output.
 fn tell(world: &World) {
     world.take_lines().iter().filter_map(LogLine::shown).for_each(|line| report::err!("{line}"));
 }

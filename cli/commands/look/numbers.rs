@@ -7,10 +7,10 @@ use super::canvas::{Canvas, HPos, VPos, title};
 
 const ROW: u32 = 24;
 const SIZE: f64 = 16.0;
-/// Most numbers of a field that are shown.
+/// Maximum number of elements shown per field.
 const MOST: usize = 12;
 
-/// Draws a sheet with all fields.
+/// Draws a sheet that lists all fields.
 pub fn draw(reading: &Reading) -> Result<Canvas, String> {
     let lines: Vec<(String, String)> = reading.fields.iter().map(line).collect();
     let widest = |column: &dyn Fn(&(String, String)) -> String| -> Result<f64, String> {

@@ -5,7 +5,7 @@ use tatu_render::Picture;
 
 use super::{canvas::Canvas, frame, near, numbers, scan};
 
-/// Returns the last reading of the sensor at a path, or an error that says why there is none.
+/// Returns the last reading of the sensor at a path, or an error that lists the sensors of the scene.
 pub fn find(world: &World, path: &str) -> Result<Reading, Error> {
     if let Some(reading) = world.reading(path) {
         return Ok(reading);

@@ -9,7 +9,7 @@ use std::{
 use tatu_core::errors::{Error, Place};
 use tatu_plugin_api::safe::MOST_BYTES;
 
-/// Reads a file, or a pipe until it is closed.
+/// Reads the text of a file, or of a pipe until it is closed.
 fn text(path: &Path) -> IoResult<String> {
     let mut text = String::new();
     File::open(path)?.take(MOST_BYTES + 1).read_to_string(&mut text)?;

@@ -11,7 +11,6 @@ mod terminal;
 
 use std::{
     cell::RefCell,
-    io::IsTerminal,
     path::PathBuf,
     process::ExitCode,
     rc::Rc,
@@ -19,10 +18,9 @@ use std::{
         Arc,
         atomic::{AtomicBool, Ordering},
     },
-    time::Duration,
 };
 
-use indicatif::{ProgressBar, ProgressStyle};
+use indicatif::ProgressBar;
 use serde_json::{Map, Value, json};
 use tatu_core::{
     Phase, Session, World,
@@ -75,7 +73,7 @@ struct Ready {
     session: Option<Session>,
     /// The input log, if one is written.
     log: Option<LogFile>,
-    /// Number of steps; `None`: until it is stopped.
+    /// Number of steps; `None`: run until stopped.
     steps: Option<u64>,
     /// Number of steps and hash at the end of the replayed run, if its log has them.
     logged: Option<(u64, u64)>,
@@ -292,7 +290,7 @@ fn go(args: &Run, ready: Ready, watchdog: &Watchdog) -> Result<ExitCode, Error> 
     }
     let opened = world.files_opened();
     let stand_ins = args.stand_ins.then(|| standins::told(&world));
-    // Passes in which scripts are notified of the end are not counted as steps.
+    // Passes in which scripts are notified of the stop are not counted as steps.
     world.request_stop();
     while world.phase() != Phase::Stopped {
         let before = world.steps();
@@ -314,7 +312,7 @@ fn go(args: &Run, ready: Ready, watchdog: &Watchdog) -> Result<ExitCode, Error> 
     let ran = Ran { steps: done, time, times, reloads: reload.is_some().then_some(reloads), stand_ins };
     summary(args, &ran, &hash, objects, &faults, scripts);
     watchdog.told();
-    // A reload creates a new registry, so use the last one.
+    // A reload creates a new registry, so the world's current one is used.
     let registry = if reload.is_some() { world.registry() } else { registry };
     drop(world);
     let good = super::end(registry)
@@ -372,16 +370,12 @@ pub(super) fn write_log(world: &World, log: file::Writer) -> LogFile {
 /// The input log; `None` after writing has failed.
 pub(super) type LogFile = Rc<RefCell<Option<file::Writer>>>;
 
-/// Creates a progress bar, which is shown only on a terminal and for runs that last longer than a moment.
+/// Creates a progress bar for a run of known length whose output does not use the terminal itself.
 fn progress(args: &Run, steps: Option<u64>) -> ProgressBar {
-    let Some(steps) = steps else { return ProgressBar::hidden() };
-    if args.json || args.interactive || !std::io::stderr().is_terminal() {
-        return ProgressBar::hidden();
+    match steps {
+        Some(steps) => report::progress(steps, "step", !args.json && !args.interactive),
+        None => ProgressBar::hidden(),
     }
-    let style = ProgressStyle::with_template("{wide_bar} step {pos} of {len}, {eta} left");
-    let bar = ProgressBar::new(steps).with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()));
-    bar.enable_steady_tick(Duration::from_millis(200));
-    bar
 }
 
 /// Prints a log line: status lines go to standard output, unless it is reserved for JSON; all others go to standard

@@ -1,4 +1,4 @@
-//! Determines when the next step is made, and passes input to the world before it: keys, and in real time the clock.
+//! Determines when the next step is run, and passes input to the world before it: keys, and in real time the clock.
 
 use std::{
     sync::atomic::{AtomicBool, Ordering},
@@ -62,8 +62,8 @@ impl Pace {
         })
     }
 
-    /// Waits until the next step is due, and passes on input that has arrived. Returns `false` if the user has asked at
-    /// the terminal to end the run.
+    /// Waits until the next step is due, and passes on input that has arrived. Returns `false` if the user has
+    /// requested the end of the run at the terminal.
     pub fn before_step(&mut self, world: &World, interrupted: &AtomicBool) -> bool {
         loop {
             while let Some(button) = self.terminal.as_mut().and_then(|t| t.next(Duration::ZERO)) {
@@ -130,7 +130,7 @@ impl Pace {
         }
     }
 
-    /// Handles a key of the terminal; returns `false` if the run is to end.
+    /// Handles a key of the terminal; returns `false` if the run must end.
     fn button(&mut self, button: Button, world: &World) -> bool {
         match button {
             Button::Stop => return false,

@@ -1,7 +1,7 @@
-//! Runs a script without its scene: objects that it looks up by name are created, of the kind that its calls need.
+//! Runs a script without its scene: objects that it looks up by name are created, with kinds that fit its calls.
 //!
-//! The kind of an object shows only when the script uses it. So the script is run in trials, each with what was learned
-//! before, until nothing new is requested; then follows the actual run.
+//! The kind of an object is known only when the script uses the object. So the script is run in trials, each with the
+//! objects found so far, until it requests nothing new; the actual run follows.
 
 use std::{
     collections::BTreeMap,
@@ -25,9 +25,9 @@ use tatu_plugin_api::safe::{MOST_BYTES, read_plain};
 use super::keys::Keys;
 use crate::args::{Run, ScriptKind};
 
-/// Most trials.
+/// Maximum number of trials.
 const ROUNDS: usize = 10;
-/// Most steps of a trial.
+/// Maximum number of steps of a trial.
 const TRIAL_STEPS: u64 = 1000;
 /// Aliases of the script's object and of its parent; and the number of objects that exist before any are requested: the
 /// floor and these.
@@ -84,7 +84,7 @@ pub fn learn(args: &Run, options: &Options, registry: &Arc<Registry>) -> Result<
             world.take_lines();
         }
         world.stop();
-        // Objects created for missing ones may lead a script to further missing ones.
+        // With the objects that were missing before, a script may get further and look up more.
         let beyond = |f: &&Fault| matches!(f.kind, FaultKind::UnknownFunction | FaultKind::Unsupported);
         let faults = world.faults().iter().filter(beyond).count();
         if best.as_ref().is_none_or(|(least, ..)| faults <= *least) {
@@ -116,7 +116,7 @@ struct Known {
 }
 
 impl Known {
-    /// Returns the requirements, extended by what a trial has shown.
+    /// Returns the requirements, extended by those found in a trial.
     fn with(&self, world: &World) -> Self {
         let mut all = world.stand_ins();
         let mut above = self.above;

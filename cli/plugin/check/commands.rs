@@ -1,4 +1,4 @@
-//! Commands: their examples, good and bad arguments, equal runs, other worlds.
+//! Tests of commands: examples, valid and invalid arguments, reproducibility, independence of worlds.
 
 use std::{fmt::Write, path::Path, time::Duration};
 
@@ -16,21 +16,21 @@ use super::{
     subject::Subject,
 };
 
-/// Calls of one command with one bad argument each, at most.
+/// Maximum number of calls of one command in the test `arguments`.
 const MOST_CALLS: usize = 160;
-/// Time between two runs that are compared: more than the second that some clocks count in.
+/// Time between two runs that are compared: more than a second, which is the resolution of some clocks.
 const BETWEEN: Duration = Duration::from_millis(1100);
-/// Steps of a run.
+/// Number of steps of a run.
 const STEPS: usize = 4;
-/// Lines of a script are marked so; all others are not compared.
+/// Marks the lines that the script reports; all other lines are ignored.
 const MARK: &str = "@check ";
 
-/// The commands of the plugin.
+/// Returns the commands of the plugin under test.
 fn mine(subject: &Subject) -> impl Iterator<Item = &CommandEntry> {
     subject.registry.commands.iter().filter(|c| c.plugin == subject.plugin)
 }
 
-/// The test `examples`.
+/// Runs the test `examples`.
 pub fn examples(file: &Path) -> Result<(), Error> {
     let subject = Subject::load(file)?;
     for c in mine(&subject).filter(|c| !c.example.trim().is_empty()) {
@@ -42,13 +42,13 @@ pub fn examples(file: &Path) -> Result<(), Error> {
             error(&place, format!("its example does not compile: {}", said.trim_start_matches("compile: ")));
         } else if let Some(said) = said.first().filter(|l| l.starts_with("raise: ")) {
             let why = said.trim_start_matches("raise: ");
-            note(&place, format!("its example raises an error in a scene that was not made for it: {why}"));
+            note(&place, format!("its example raises an error in the scene of this test: {why}"));
         }
     }
     Ok(())
 }
 
-/// The test `arguments`.
+/// Runs the test `arguments`.
 pub fn arguments(file: &Path) -> Result<(), Error> {
     let subject = Subject::load(file)?;
     let all: Vec<&CommandEntry> = mine(&subject).collect();
@@ -62,7 +62,7 @@ pub fn arguments(file: &Path) -> Result<(), Error> {
     Ok(())
 }
 
-/// The test `repeat`: what a run prints depends neither on the time of day nor on the process.
+/// Runs the test `repeat`: results of commands must depend neither on the time of day nor on the process.
 pub fn repeat(file: &Path) -> Result<(), Error> {
     let subject = Subject::load(file)?;
     if mine(&subject).next().is_none() {
@@ -93,7 +93,7 @@ fn transcript(file: &Path) -> Result<(), Error> {
     Ok(())
 }
 
-/// The test `worlds`: one world after another in a process, and one beside another.
+/// Runs the test `worlds`: the calls in one world must not affect a second world in the same process.
 pub fn worlds(file: &Path) -> Result<(), Error> {
     let subject = Subject::load(file)?;
     if mine(&subject).next().is_none() {
@@ -102,7 +102,7 @@ pub fn worlds(file: &Path) -> Result<(), Error> {
     let script = ordinary(&subject);
     let first = run(&subject, &script, STEPS)?.join("\n");
     let second = run(&subject, &script, STEPS)?.join("\n");
-    compare(&first, &second, "what one world has called changes the results in another: a global or static variable");
+    compare(&first, &second, "calls in one world change the results in another: check for a global or static variable");
     Ok(())
 }
 
@@ -112,7 +112,7 @@ fn compare(first: &str, second: &str, what: &str) {
     let Some((a, b)) = pairs.find(|(a, b)| a != b) else {
         let [a, b] = [first, second].map(|t| t.lines().count());
         if a != b {
-            error("", format!("{what}: {a} calls return in one run, {b} in the other"));
+            error("", format!("{what}: {a} calls return in one run, and {b} in the other"));
         }
         return;
     };
@@ -121,7 +121,7 @@ fn compare(first: &str, second: &str, what: &str) {
     error(&format!("command `{name}`"), format!("{what}: {a}, then {b}"));
 }
 
-/// Runs a script in a new world; the lines that it reported.
+/// Runs a script in a new world; returns the lines that it reported.
 fn run(subject: &Subject, script: &str, steps: usize) -> Result<Vec<String>, Error> {
     let scene = stage::scene("", script);
     let world = subject.world(&scene, &[("check.lua", script.as_bytes())], 1)?;
@@ -133,7 +133,7 @@ fn run(subject: &Subject, script: &str, steps: usize) -> Result<Vec<String>, Err
     Ok(lines)
 }
 
-/// Starts a world, steps it; what its script reported.
+/// Starts a world and runs steps; returns the lines that its script reported.
 pub fn play(world: &World, steps: usize) -> Vec<String> {
     world.start();
     let mut lines = Vec::new();
@@ -147,13 +147,13 @@ pub fn play(world: &World, steps: usize) -> Vec<String> {
     lines
 }
 
-/// What the script reported since.
+/// Returns the lines that the script reported since the last call.
 pub fn reported(world: &World) -> Vec<String> {
     let lines = world.take_lines().into_iter();
     lines.filter_map(|l| l.text.split_once(MARK).map(|(_, text)| text.to_owned())).collect()
 }
 
-/// A script that calls each command in each step with ordinary arguments, twice, and reports the results.
+/// Returns a script that calls each command twice per step with ordinary arguments, and reports the results.
 pub fn ordinary(subject: &Subject) -> String {
     let mut body = String::new();
     for c in mine(subject) {
@@ -166,7 +166,8 @@ pub fn ordinary(subject: &Subject) -> String {
     format!("{TOOLS}\nfunction sysCall_actuation()\n{body}end\n")
 }
 
-/// The same script, with a thread that calls each command with arguments that some commands wait for.
+/// Returns the script of [`ordinary`] with an additional thread, which calls each command with arguments that make
+/// counting or waiting commands wait.
 pub fn waiting(subject: &Subject) -> String {
     let mut body = String::new();
     for c in mine(subject) {
@@ -180,10 +181,10 @@ pub fn waiting(subject: &Subject) -> String {
     format!("{}\nfunction sysCall_thread()\n{}end\n", ordinary(subject), body.replace(", )", ")"))
 }
 
-/// A number that is reached after some steps, where calls count something or time is waited for.
+/// A number that a command which counts calls or waits for a time reaches only after several steps.
 const FAR: &str = "7";
 
-/// A script that calls one command so many times with ordinary arguments.
+/// Returns a script that calls a command a number of times with ordinary arguments.
 pub fn one(c: &CommandEntry, times: usize) -> String {
     let args = good(c).join(", ");
     let call = format!("pcall(f, {args})").replace(", )", ")");
@@ -191,7 +192,7 @@ pub fn one(c: &CommandEntry, times: usize) -> String {
     format!("{TOOLS}\nlocal f = find({name})\nfor _ = 1, f and {times} or 0 do {call} end\n")
 }
 
-/// Calls of a command, as lines of Lua: all good, some left out, then each argument replaced.
+/// Returns calls of a command as lines of Lua: with valid arguments, with some omitted, then with each one replaced.
 fn calls(c: &CommandEntry) -> Vec<String> {
     let name = quoted(c.name().as_bytes());
     let good = good(c);
@@ -200,7 +201,7 @@ fn calls(c: &CommandEntry) -> Vec<String> {
         args => format!("try({name}, 'bad', {})", args.join(", ")),
     };
     let mut out = vec![call(&good)];
-    // Tables of something else, and empty ones: checks of elements may hide what comes after them.
+    // Tables with elements of other types, and empty ones, which pass the checks of elements and reach the code behind.
     for table in ["{{1, 2}, {3.5, 4}}", "{'a', 'b'}", "{}"] {
         let other = |(g, p): (&String, &Declared)| match p.kind {
             TATU_LIST | TATU_MAP | TATU_F64S => table.to_owned(),
@@ -211,7 +212,7 @@ fn calls(c: &CommandEntry) -> Vec<String> {
             out.extend((0..=with.len()).rev().map(|n| call(&with[..n])));
         }
     }
-    // Too few, from the end, and too many.
+    // Too few arguments, and too many.
     out.extend((0..good.len()).rev().map(|n| call(&good[..n])));
     out.push(call(&[good.clone(), vec!["1".to_owned(), "'x'".to_owned()]].concat()));
     for i in 0..good.len() {
@@ -221,13 +222,13 @@ fn calls(c: &CommandEntry) -> Vec<String> {
             out.push(call(&args));
         }
     }
-    // Afterwards it must still work.
+    // The command must still work after the invalid calls.
     out.truncate(MOST_CALLS);
     out.push(call(&good));
     out
 }
 
-/// Ordinary arguments of a command, in Lua.
+/// Returns ordinary arguments of a command as Lua expressions.
 fn good(c: &CommandEntry) -> Vec<String> {
     c.params.iter().filter(|p| p.flags & TATU_PARAM_REST == 0).map(ordinary_value).collect()
 }
@@ -253,7 +254,7 @@ fn ordinary_value(p: &Declared) -> String {
     }
 }
 
-/// What else is given for a parameter, in Lua: values that it may take, and such as it may not.
+/// Returns further values for a parameter as Lua expressions, both valid and invalid ones.
 fn others(p: &Declared) -> Vec<String> {
     let mut out: Vec<String> = stage::good(p).iter().skip(1).map(in_lua).collect();
     out.extend(ODD.iter().map(|s| (*s).to_owned()));
@@ -320,7 +321,7 @@ fn number(x: f64) -> String {
     }
 }
 
-/// A text as Lua writes it, every byte of it.
+/// Returns a Lua string literal that represents every byte of a text.
 fn quoted(text: &[u8]) -> String {
     let mut out = String::from("'");
     for b in text {
@@ -338,7 +339,7 @@ fn quoted(text: &[u8]) -> String {
     out + "'"
 }
 
-/// What the scripts begin with: objects of the scene, calls that cannot raise, results as text.
+/// Helper functions at the beginning of all scripts: look up objects, call without raising errors, format results.
 const TOOLS: &str = r"
 -- A copy, which commands may make of this script, would make further copies.
 if sim.getInt32Signal('tatu.check') then return end

@@ -1,4 +1,4 @@
-//! `tatu-check.toml`: tests that a plugin skips, and findings that it has a reason for.
+//! Reads `tatu-check.toml`: tests to skip for a plugin, and findings to allow, with reasons.
 
 use std::path::{Path, PathBuf};
 
@@ -8,17 +8,17 @@ use toml_edit::{Document, Item};
 
 use super::finding::Finding;
 
-/// Name of the file.
+/// Name of the configuration file.
 const NAME: &str = "tatu-check.toml";
 
-/// What is skipped and allowed.
+/// Tests to skip, and findings to allow.
 #[derive(Debug, Default)]
 pub struct Config {
     pub skip: Vec<String>,
     allow: Vec<Allowed>,
 }
 
-/// A finding that is allowed: found by this test, with these words in its place and in its text.
+/// An allowed finding: one of this test whose place and text contain these strings.
 #[derive(Debug)]
 struct Allowed {
     test: String,
@@ -27,8 +27,8 @@ struct Allowed {
 }
 
 impl Config {
-    /// Reads the file that was given; else the one beside a plugin, in the folder above it, or in the working folder.
-    /// Without one nothing is skipped or allowed.
+    /// Reads the given file; otherwise the one next to the plugin, in its parent folder, or in the working folder. If
+    /// there is none, nothing is skipped or allowed. Fails with E101 if the file cannot be read or is invalid.
     pub fn find(plugin: &Path, given: Option<&Path>) -> Result<Self, Error> {
         if let Some(file) = given {
             return Self::read(file);
@@ -43,7 +43,7 @@ impl Config {
     fn read(file: &Path) -> Result<Self, Error> {
         let fail = |why: String| Error::new("E101", format!("{}: {why}", file.display()));
         let text = read_plain_text(file, MOST_BYTES).map_err(|e| fail(format!("cannot be read: {e}")))?;
-        let doc = Document::parse(text.as_str()).map_err(|e| fail(format!("is no TOML: {}", e.message())))?;
+        let doc = Document::parse(text.as_str()).map_err(|e| fail(format!("is not valid TOML: {}", e.message())))?;
         let mut config = Config::default();
         for (key, item) in doc.iter() {
             match key {
@@ -56,8 +56,8 @@ impl Config {
                         if let Some((key, _)) =
                             table.iter().find(|(key, v)| !known.contains(key) || v.as_str().is_none())
                         {
-                            let text = format!("[[allow]] has `{key}`, which is no key, or no text");
-                            return Err(fail(text).help("known are test, place, text and reason"));
+                            let text = format!("`{key}` in [[allow]] is unknown, or is not a string");
+                            return Err(fail(text).help("the keys are `test`, `place`, `text` and `reason`"));
                         }
                         let given = |key: &str| {
                             let text = table.get(key).and_then(Item::as_str).filter(|t| !t.is_empty());
@@ -73,9 +73,9 @@ impl Config {
                     }
                 }
                 other => {
-                    let error = fail(format!("has the unknown key `{other}`"));
+                    let error = fail(format!("unknown key `{other}`"));
                     return Err(error.help(
-                        "known are `skip`, a list of tests, and [[allow]] with `test`, `place` or `text`, and `reason`",
+                        "use `skip`, a list of tests, or [[allow]] with `test`, `place` or `text`, and `reason`",
                     ));
                 }
             }
@@ -83,12 +83,12 @@ impl Config {
         Ok(config)
     }
 
-    /// Returns the tests that findings are allowed for.
+    /// Returns the names of the tests for which findings are allowed.
     pub fn tests(&self) -> impl Iterator<Item = &str> {
         self.allow.iter().map(|a| a.test.as_str())
     }
 
-    /// Whether a finding is allowed.
+    /// Returns whether a finding of a test is allowed.
     pub fn allows(&self, test: &str, finding: &Finding) -> bool {
         let fits = |a: &Allowed| finding.place.contains(&a.place) && finding.text.contains(&a.text);
         self.allow.iter().any(|a| a.test == test && fits(a))

@@ -1,4 +1,4 @@
-//! What calls cost, for information.
+//! Measures the duration of calls, for information only.
 
 use std::{path::Path, sync::atomic::Ordering::Relaxed, time::Instant};
 
@@ -6,12 +6,12 @@ use tatu_core::errors::Error;
 
 use super::{commands, finding::note, stage, subject::Subject};
 
-/// Sensors of one kind that are measured together.
+/// Number of sensors of one kind that are measured together.
 const MANY: usize = 32;
-/// Steps of a run.
+/// Number of steps of a run.
 const STEPS: usize = 50;
 
-/// The test `cost`.
+/// Runs the test `cost`.
 pub fn run(file: &Path) -> Result<(), Error> {
     let subject = Subject::load(file)?;
     subject.spy.guards.store(false, Relaxed);
@@ -23,7 +23,7 @@ pub fn run(file: &Path) -> Result<(), Error> {
         commands::play(&world, 1);
         let (calls, time) = (subject.spy.calls.load(Relaxed), subject.spy.nanoseconds.load(Relaxed));
         if let Some(each) = time.checked_div(calls) {
-            note(&super::inspector::place(c), format!("{each} ns a call"));
+            note(&super::inspector::place(c), format!("{each} ns per call"));
         }
     }
     let empty = stepped(&subject, "")?;
@@ -34,12 +34,12 @@ pub fn run(file: &Path) -> Result<(), Error> {
             format!("\n[[object]]\nkind = \"sensor\"\nsensor = \"{}\"\nalias = \"s{i}\"\n{place}{lines}", s.id)
         };
         let took = stepped(&subject, &(0..MANY).map(one).collect::<String>())? - empty;
-        note(&format!("sensor `{}`", s.id), format!("{:.1} us a measurement", 1e6 * took.max(0.0) / MANY as f64));
+        note(&format!("sensor `{}`", s.id), format!("{:.1} us per measurement", 1e6 * took.max(0.0) / MANY as f64));
     }
     Ok(())
 }
 
-/// Seconds that a step takes.
+/// Returns the duration of a step, s.
 fn stepped(subject: &Subject, devices: &str) -> Result<f64, Error> {
     let world = subject.world(&stage::scene(devices, ""), &[], 1)?;
     world.start();

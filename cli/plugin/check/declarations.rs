@@ -1,4 +1,4 @@
-//! What a plugin declares: what loading it reported, and what loading lets pass.
+//! Tests of declarations: reports errors found while loading, and problems that do not prevent loading.
 
 use std::path::Path;
 
@@ -9,7 +9,7 @@ use super::{
     subject::Subject,
 };
 
-/// The test `declarations`.
+/// Runs the test `declarations`.
 pub fn run(file: &Path) -> Result<(), Error> {
     let subject = Subject::load(file)?;
     finding::at("", "when its declarations are read");
@@ -25,7 +25,7 @@ pub fn run(file: &Path) -> Result<(), Error> {
     Ok(())
 }
 
-/// Name, version and licence.
+/// Checks the plugin's name, version, licence, id and file name.
 fn about(subject: &Subject) {
     let p = &subject.registry.plugins[subject.plugin];
     if p.name.is_empty() {
@@ -36,11 +36,11 @@ fn about(subject: &Subject) {
         error("", format!("its version `{}` is not one such as \"1.2.0\"", p.version));
     }
     if let Err(e) = spdx::Expression::parse(&p.licence) {
-        let text = format!("its licence `{}` is no SPDX expression such as \"MIT\": {}", p.licence, e.reason);
+        let text = format!("its licence `{}` is not an SPDX expression such as \"MIT\": {}", p.licence, e.reason);
         error("", text);
     }
     if !p.id.contains('.') {
-        warning("", format!("its id `{}` has no name space; take one such as \"org.example.{}\"", p.id, p.id));
+        warning("", format!("its id `{}` has no namespace; choose one such as \"org.example.{}\"", p.id, p.id));
     }
     let name = subject.file.file_name().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default();
     let stem = name.strip_prefix(std::env::consts::DLL_PREFIX).unwrap_or(&name);
@@ -50,7 +50,7 @@ fn about(subject: &Subject) {
     }
 }
 
-/// Texts of parameters, fields and results.
+/// Checks that parameters, fields, results and presets have descriptions.
 fn parameters(subject: &Subject) {
     let r = &subject.registry;
     let say = |place: String, what: &str, all: &[Declared]| {
@@ -87,12 +87,12 @@ fn parameters(subject: &Subject) {
     }
 }
 
-/// Whether a field is described by a schema of the project.
+/// Returns whether a field belongs to a standard schema, which describes it.
 fn is_of_schema(name: &str) -> bool {
     tatu_core::plugins::schemas::known().iter().any(|s| s.fields.iter().any(|f| f.name == name))
 }
 
-/// Examples, without which nobody knows how to begin, and names of commands.
+/// Checks that commands have examples, and that their names have a namespace.
 fn offers(subject: &Subject) {
     let mine = subject.registry.commands.iter().filter(|c| c.plugin == subject.plugin);
     for c in mine {
@@ -102,7 +102,7 @@ fn offers(subject: &Subject) {
             warning(&place, "it has no example");
         }
         if !c.name().contains('.') && !c.name().starts_with("sim") {
-            warning(&place, "its name has no name space; take one such as `mine.command`");
+            warning(&place, "its name has no namespace; choose one such as `mine.command`");
         }
     }
 }

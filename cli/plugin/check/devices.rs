@@ -1,4 +1,5 @@
-//! Sensors and actuators: the same on any number of threads and in each run, finite, and configured as declared.
+//! Tests of sensors and actuators: results are finite, do not depend on the number of threads, and follow changes of
+//! parameters.
 
 use std::{
     hash::{DefaultHasher, Hasher},
@@ -18,26 +19,26 @@ use super::{
     subject::Subject,
 };
 
-/// Steps of a run.
+/// Number of steps of a run.
 const STEPS: usize = 12;
-/// Elements of readings after which a run ends.
+/// Number of elements of readings after which a run ends early.
 const MOST_ELEMENTS: u32 = 1_000_000;
-/// Bodies with an actuator.
+/// Number of bodies with an actuator.
 const BODIES: u32 = 7;
-/// Values of one parameter that are tried.
+/// Maximum number of values tried per parameter.
 const MOST_VALUES: usize = 4;
 
-/// The sensors of the plugin.
+/// Returns the sensor kinds of the plugin under test.
 fn sensors(subject: &Subject) -> impl Iterator<Item = &SensorKind> {
     subject.registry.sensor_kinds().map(|(_, s)| s).filter(|s| s.plugin == subject.plugin)
 }
 
-/// A table for a device at a place, with further lines.
+/// Returns the table of a device in a scene file, with lines for its placement and its parameters.
 fn device(kind: &str, id: &str, alias: &str, place: &str, lines: &str) -> String {
     format!("\n[[object]]\nkind = \"{kind}\"\n{kind} = \"{id}\"\nalias = \"{alias}\"\n{place}{lines}")
 }
 
-/// The test `readings`.
+/// Runs the test `readings`.
 pub fn readings(file: &Path) -> Result<(), Error> {
     let subject = Subject::load(file)?;
     for s in sensors(&subject) {
@@ -56,14 +57,14 @@ pub fn readings(file: &Path) -> Result<(), Error> {
             let scene = stage::scene(&devices, "");
             let one = measured(&subject, s, &scene, 1)?;
             compare(&place, &one, &measured(&subject, s, &scene, 2)?, "readings on 2 threads differ from those on 1");
-            let again = "two equal runs give different readings: random numbers and time must be those of the batch";
+            let again = "two equal runs give different readings: use the random numbers and the time of the batch";
             compare(&place, &one, &measured(&subject, s, &scene, 1)?, again);
         }
     }
     Ok(())
 }
 
-/// Runs a scene; all readings of all steps, in words that hold every bit.
+/// Runs a scene; returns a line with a hash for each reading of each step.
 fn measured(subject: &Subject, kind: &SensorKind, scene: &str, threads: usize) -> Result<Vec<String>, Error> {
     let world = subject.world(scene, &[], threads)?;
     world.start();
@@ -79,7 +80,7 @@ fn measured(subject: &Subject, kind: &SensorKind, scene: &str, threads: usize) -
             elements += reading.fields.iter().map(|f| f.dims.iter().product::<u32>()).sum::<u32>();
             out.push(format!("{}: {:016x}", reading.path, bits(&reading)));
         }
-        // Images are large, and alike.
+        // A few images suffice, and hashing many would take long.
         if elements > MOST_ELEMENTS {
             break;
         }
@@ -88,7 +89,7 @@ fn measured(subject: &Subject, kind: &SensorKind, scene: &str, threads: usize) -
     Ok(out)
 }
 
-/// A hash of all bits of a reading.
+/// Returns a hash of all bits of a reading.
 fn bits(reading: &Reading) -> u64 {
     let mut hasher = DefaultHasher::new();
     for f in &reading.fields {
@@ -100,13 +101,13 @@ fn bits(reading: &Reading) -> u64 {
     hasher.finish()
 }
 
-/// The path of the `i`-th sensor: below the body or at the top.
+/// Returns the path of the sensor with index `i`, which may be attached to a body or be at the top level.
 fn path(world: &World, i: usize) -> String {
     let end = format!("/s{i}");
     world.sensors().into_iter().find(|p| p.ends_with(&end)).unwrap_or(end)
 }
 
-/// Reports numbers that are none where the sensor says that it has measured.
+/// Reports NaN, and infinite values that are not marked as missing by `valid` or `nothing`.
 fn judge(kind: &SensorKind, reading: &Reading) {
     for (info, field) in kind.fields.iter().zip(&reading.fields) {
         let Value::Floats(numbers) = &field.value else { continue };
@@ -122,7 +123,7 @@ fn judge(kind: &SensorKind, reading: &Reading) {
                 let which = valid_of(info).unwrap_or_default();
                 error(&place, format!("`{}` is infinite where `{which}` is 1: nothing was measured there", info.name));
             } else if x.is_infinite() && says.is_none() && !nothing.contains("inf") {
-                error(&place, format!("`{}` is infinite, and neither `valid` nor `nothing` of it says why", info.name));
+                error(&place, format!("`{}` is infinite, but its `valid` and `nothing` do not allow that", info.name));
             }
         }
     }
@@ -152,7 +153,7 @@ fn nothing_of(field: &FieldInfo) -> String {
     format!("{} {schema}", field.nothing.clone().unwrap_or_default())
 }
 
-/// Reports the first of two lists of lines in which they differ.
+/// Reports the first line in which two lists differ.
 fn compare(place: &str, one: &[String], other: &[String], what: &str) {
     if let Some((a, _)) = one.iter().zip(other).find(|(a, b)| a != b) {
         let whose = a.split(':').next().unwrap_or_default();
@@ -160,7 +161,7 @@ fn compare(place: &str, one: &[String], other: &[String], what: &str) {
     }
 }
 
-/// The test `actuators`.
+/// Runs the test `actuators`.
 pub fn actuators(file: &Path) -> Result<(), Error> {
     let subject = Subject::load(file)?;
     for a in subject.registry.actuators.iter().filter(|a| a.plugin == subject.plugin) {
@@ -172,8 +173,8 @@ pub fn actuators(file: &Path) -> Result<(), Error> {
         finding::at(&place, "when it acts");
         let scene = actuator_scene(&a.id, &lines);
         let one = acted(&subject, &scene, 1)?;
-        compare(&place, &one, &acted(&subject, &scene, 2)?, "what it does on 2 threads differs from what it does on 1");
-        compare(&place, &one, &acted(&subject, &scene, 1)?, "two equal runs end differently");
+        compare(&place, &one, &acted(&subject, &scene, 2)?, "its effect on 2 threads differs from that on 1");
+        compare(&place, &one, &acted(&subject, &scene, 1)?, "two equal runs have different results");
     }
     Ok(())
 }
@@ -186,7 +187,7 @@ fn actuator_lines(a: &tatu_core::plugins::ActuatorKind) -> Option<String> {
     Some(stage::required(&a.params)? + &commands.collect::<String>())
 }
 
-/// Bodies with an actuator each, and one on a joint.
+/// Returns a scene with several bodies that have an actuator each, and one more actuator on a jointed body.
 fn actuator_scene(id: &str, lines: &str) -> String {
     let mut devices = String::new();
     for i in 0..BODIES {
@@ -214,7 +215,7 @@ fn acted(subject: &Subject, scene: &str, threads: usize) -> Result<Vec<String>, 
     Ok(out)
 }
 
-/// The test `configure`: for each parameter that can be set while the device lives.
+/// Runs the test `configure` for each parameter that can be changed during a run.
 pub fn configure(file: &Path) -> Result<(), Error> {
     let subject = Subject::load(file)?;
     let live = |p: &&Declared| p.flags & (TATU_PARAM_REBUILDS | TATU_PARAM_READ_ONLY) == 0;
@@ -249,7 +250,7 @@ pub fn configure(file: &Path) -> Result<(), Error> {
     Ok(())
 }
 
-/// A script that sets a parameter of all sensors before the first measurement.
+/// Returns a script that sets a parameter of all sensors before the first measurement.
 fn set_script(id: &str, p: &Declared, value: &Value) -> String {
     let value = match value {
         Value::Text(t) => format!("{:?}", String::from_utf8_lossy(t)),
@@ -266,7 +267,7 @@ fn set_script(id: &str, p: &Declared, value: &Value) -> String {
     )
 }
 
-/// The readings of the last of some steps, and whether each change was accepted.
+/// Returns hashes of the readings after some steps, and whether the script's changes were accepted.
 fn configured(subject: &Subject, scene: &str, script: &str) -> Result<(Vec<u64>, bool), Error> {
     let world = subject.world(scene, &[("check.lua", script.as_bytes())], 1)?;
     let refused = !super::commands::play(&world, 4).is_empty();

@@ -1,4 +1,4 @@
-//! What a test finds, and the lines by which a child process reports it.
+//! Findings of tests, and the lines by which a child process sends them to its parent.
 
 use std::{
     io::Write,
@@ -7,58 +7,58 @@ use std::{
 
 use serde::{Deserialize, Serialize};
 
-/// How bad a finding is.
+/// The severity of a finding.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Level {
-    /// A breach of a rule: the check fails.
+    /// A violation of a rule: the check fails.
     Error,
-    /// Something that users will trip over, and no breach.
+    /// A likely problem for users that violates no rule.
     Warning,
-    /// For information.
+    /// Information only.
     Note,
 }
 
-/// What a test found.
+/// A problem or remark that a test reports.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Finding {
     pub level: Level,
-    /// What in the plugin: "command `hello.twice`", "sensor `lamp`"; empty: the plugin as a whole.
+    /// The part of the plugin: "command `hello.twice`", "sensor `lamp`"; empty: the plugin as a whole.
     pub place: String,
-    /// What is wrong, one sentence.
+    /// Description of the problem, one sentence.
     pub text: String,
 }
 
-/// A line from a child process to its parent. Lines without it are the plugin's own output.
+/// A message from a child process to its parent: a line with [`PREFIX`]. All other lines are output of the plugin.
 #[derive(Debug, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Line {
-    /// What is tried now: the place of a crash that follows.
+    /// The current activity, to which a later crash is attributed.
     At {
         place: String,
         text: String,
     },
     Found(Finding),
-    /// Text for the parent: see `commands::repeat`.
+    /// The results of a run, for comparison by the parent: see `commands::repeat`.
     Transcript(String),
-    /// The test came to its end.
+    /// The test has finished.
     Done,
 }
 
-/// What is tried in every test.
+/// The first activity of every test.
 pub const LOADING: &str = "when it is loaded";
 
-/// What begins each line of the child.
+/// The prefix of each line that the child sends.
 pub const PREFIX: &str = "tatu-check ";
 
-/// Sends a line to the parent at once, so that it is there if the next call crashes.
+/// Sends a line to the parent without buffering, so that it is not lost if the next call crashes.
 pub fn send(line: &Line) {
     let Ok(json) = serde_json::to_string(line) else { return };
     let line = format!("{PREFIX}{json}\n");
     #[cfg(unix)]
     {
         use std::os::fd::FromRawFd;
-        // SAFETY: a descriptor that stays open until the process ends; it is not closed here.
+        // SAFETY: the descriptor stays open until the process exits, and `ManuallyDrop` prevents closing it here.
         let mut out = std::mem::ManuallyDrop::new(unsafe { std::fs::File::from_raw_fd(channel()) });
         let _ = out.write_all(line.as_bytes());
     }
@@ -69,20 +69,20 @@ pub fn send(line: &Line) {
     }
 }
 
-/// The descriptor to which lines for the parent are written: standard output, until `take_output` moves it away.
+/// The file descriptor to which lines for the parent are written: standard output, until `take_output` redirects it.
 #[cfg(unix)]
 static CHANNEL: std::sync::atomic::AtomicI32 = std::sync::atomic::AtomicI32::new(1);
 
-/// Returns that descriptor.
+/// Returns the file descriptor to which lines for the parent are written.
 #[cfg(unix)]
 pub fn channel() -> i32 {
     CHANNEL.load(std::sync::atomic::Ordering::Relaxed)
 }
 
-/// Keeps standard output for lines to the parent; what the plugin prints goes to standard error from now on.
+/// Reserves the current standard output for lines to the parent, and redirects the plugin's output to standard error.
 #[cfg(unix)]
 pub fn take_output() {
-    // SAFETY: calls with numbers only; the new descriptor is closed in programs that a plugin starts.
+    // SAFETY: both functions take only integers; the new descriptor is closed in programs that a plugin starts.
     unsafe {
         let own = libc::fcntl(1, libc::F_DUPFD_CLOEXEC, 64);
         if own >= 0 && libc::dup2(2, 1) == 1 {
@@ -91,31 +91,31 @@ pub fn take_output() {
     }
 }
 
-/// What is tried now.
+/// The part of the plugin that is currently tested.
 static PLACE: Mutex<String> = Mutex::new(String::new());
 
-/// The place that was named last.
+/// Returns the part of the plugin that is currently tested.
 pub fn here() -> String {
     PLACE.lock().unwrap_or_else(PoisonError::into_inner).clone()
 }
 
-/// Says what is tried now.
+/// Reports the current activity to the parent: a part of the plugin, and a clause such as "when it is loaded".
 pub fn at(place: &str, text: impl Into<String>) {
     place.clone_into(&mut PLACE.lock().unwrap_or_else(PoisonError::into_inner));
     send(&Line::At { place: place.to_owned(), text: text.into() });
 }
 
-/// Reports a breach of a rule.
+/// Reports a violation of a rule.
 pub fn error(place: &str, text: impl Into<String>) {
     found(Level::Error, place, text);
 }
 
-/// Reports something that users will trip over.
+/// Reports a likely problem for users.
 pub fn warning(place: &str, text: impl Into<String>) {
     found(Level::Warning, place, text);
 }
 
-/// Reports for information.
+/// Reports a remark that is not a problem.
 pub fn note(place: &str, text: impl Into<String>) {
     found(Level::Note, place, text);
 }

@@ -1,4 +1,5 @@
-//! Watches the calls of the plugin under test: arguments lie before guard pages, answers are compared with the rules.
+//! Watches the calls of the plugin under test: places arguments directly before guard pages, and checks results against
+//! the rules of the ABI.
 
 use std::{
     ffi::c_void,
@@ -14,34 +15,34 @@ use tatu_plugin_api::abi::*;
 
 use super::finding;
 
-/// What begins the line about a guard page that was touched.
+/// The prefix of the line that reports an access to a guard page.
 pub const GUARD: &str = "tatu-guard ";
 
-/// Bytes of stack that are overwritten to see what still lies there.
+/// Number of bytes of the stack that are overwritten to detect pointers into it.
 const SCRIBBLE: usize = 32 << 10;
 
-/// Watches one plugin.
+/// Watches the calls into one plugin.
 pub struct Spy {
     plugin: usize,
     state_bytes: u32,
-    /// Arguments are moved before guard pages.
+    /// Whether arguments are copied to memory before guard pages.
     pub guards: AtomicBool,
-    /// What `load` gets instead of what `save` wrote.
+    /// How the saved bytes are changed before they are passed to `load`.
     pub damage: Mutex<Damage>,
-    /// `load` was called with bytes that `save` wrote.
+    /// Whether `load` was called with saved bytes that are not empty.
     pub loaded: AtomicBool,
-    /// Calls of commands, and what they took, ns.
+    /// Number of calls of commands, and their total duration, ns.
     pub calls: AtomicU64,
     pub nanoseconds: AtomicU64,
 }
 
-/// How the bytes for `load` are changed.
+/// A change of the bytes that are passed to `load`.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub enum Damage {
     None,
-    /// This version in place of the writer's.
+    /// Replaces the version of the writer.
     Version(u32),
-    /// Only this many of them, and the last one changed.
+    /// Truncates to this number of bytes, and changes the last one.
     First(usize),
 }
 
@@ -59,10 +60,10 @@ impl Spy {
     }
 
     fn judge(&self, place: &str, frame: &tatu_call, status: tatu_status) {
-        // SAFETY: the host's own error object of this call.
+        // SAFETY: the pointer is null or that of the host's error object for this call.
         let said = unsafe { frame.error.as_ref() }.map_or(TATU_OK, |e| e.code);
         if status >= 0 && said != TATU_OK {
-            finding::error(place, format!("it sets an error in its error object and returns {}", name(status)));
+            finding::error(place, format!("it sets an error in its error object, but returns {}", name(status)));
         }
         if status == TATU_ERR_PANIC {
             finding::error(place, "it panics: a panic was caught at the ABI");
@@ -72,14 +73,14 @@ impl Spy {
             // SAFETY: the state block of an instance of this plugin has that many bytes and is aligned to 16.
             let words = unsafe { std::slice::from_raw_parts(frame.state.cast::<u64>(), words) };
             if let Some(at) = words.iter().position(|w| is_address(*w)) {
-                let text = format!("its state block holds a pointer, at byte {}; it is saved and restored", at * 8);
+                let text = format!("its state block, which snapshots save, contains a pointer at byte {}", at * 8);
                 finding::error(place, text);
             }
         }
     }
 }
 
-/// The name of a status that is no error.
+/// Returns the name of a status that is not an error.
 fn name(status: tatu_status) -> &'static str {
     if status == TATU_WAIT { "TATU_WAIT" } else { "TATU_OK" }
 }
@@ -95,7 +96,7 @@ impl Inspector for Spy {
             return run(frame);
         }
         let place = place(command);
-        // SAFETY: the host's frame of this call; the plugin has not been called yet.
+        // SAFETY: `frame` is the host's frame for this call, and the plugin has not been called yet.
         let (args, n) = unsafe { ((*frame).args, (*frame).n_args) };
         // SAFETY: the caller's arguments are valid during the call.
         let given = unsafe { slice(args, n) };
@@ -103,14 +104,14 @@ impl Inspector for Spy {
         if self.guards.load(Relaxed) {
             finding::at(&place, format!("called with ({})", list(given)));
             let moved = pages.arguments(command, given);
-            // SAFETY: as above; the arguments are put back below.
+            // SAFETY: as above; the original arguments are restored below.
             unsafe { (*frame).args = moved };
         }
         let begin = Instant::now();
         let status = run(frame);
         self.nanoseconds.fetch_add(begin.elapsed().as_nanos() as u64, Relaxed);
         self.calls.fetch_add(1, Relaxed);
-        // SAFETY: the frame again, after the plugin has returned.
+        // SAFETY: the frame is still valid, and the plugin has returned.
         unsafe {
             (*frame).args = args;
             self.judge(&place, &*frame, status);
@@ -132,14 +133,14 @@ impl Inspector for Spy {
             return;
         }
         let n = 3 * beams.count[0].min(1 << 20) as usize;
-        // SAFETY: 3 numbers per ray, by the contract; read before anything else is called.
+        // SAFETY: by the contract there are 3 values per ray; they are read before anything else is called.
         let before = unsafe { std::slice::from_raw_parts(beams.directions, n) }.to_vec();
         scribble();
-        // SAFETY: likewise: they belong to the instance until `beams` is called again.
+        // SAFETY: by the contract the instance owns the values until `beams` is called again.
         let after = unsafe { std::slice::from_raw_parts(beams.directions, n) };
         if before.iter().zip(after).any(|(a, b)| a.to_bits() != b.to_bits()) {
-            let text = "the `directions` from `beams` change once it has returned: they lie on its stack, and must be \
-                        the instance's own";
+            let text = "the `directions` from `beams` change after it has returned: they are on its stack, but must be \
+                        owned by the instance";
             finding::error(&format!("sensor `{}`", kind.id), text);
         }
     }
@@ -162,12 +163,12 @@ impl Inspector for Spy {
     }
 }
 
-/// A command in findings.
+/// Returns how findings refer to a command.
 pub fn place(command: &CommandEntry) -> String {
     format!("command `{}`", command.name())
 }
 
-/// Overwrites the stack below the caller, where the frames of the function that was called before lay.
+/// Overwrites the stack below the caller's frame, where the frames of the previously called function were.
 #[inline(never)]
 fn scribble() {
     let mut room = [0u8; SCRIBBLE];
@@ -175,14 +176,16 @@ fn scribble() {
     std::hint::black_box(&mut room);
 }
 
+/// Returns the values of a C array, which is empty if `first` is null.
+///
 /// # Safety
-/// `n` values, or none.
+/// If `first` is not null, it must point to `n` values that stay valid for `'a`.
 unsafe fn slice<'a>(first: *const tatu_value, n: u32) -> &'a [tatu_value] {
-    // SAFETY: the caller promises it.
+    // SAFETY: the caller guarantees that the values are valid.
     if first.is_null() || n == 0 { &[] } else { unsafe { std::slice::from_raw_parts(first, n as usize) } }
 }
 
-/// Copies of arguments before guard pages, for the time of a call.
+/// Copies of arguments in memory before guard pages, for the duration of a call.
 #[derive(Default)]
 struct Pages(Vec<Guarded>);
 
@@ -206,18 +209,18 @@ impl Pages {
         self.keep(bytes_of(&moved), "the array of its arguments, in which those omitted are missing").cast()
     }
 
-    /// A value whose spans lie before guard pages. Empty spans have no address at all.
+    /// Copies a value so that its spans end directly before guard pages. Empty spans become null pointers.
     fn value(&mut self, v: &tatu_value, label: &str, depth: u32) -> tatu_value {
         if !is_span(v.tag) {
             return *v;
         }
-        // SAFETY: the tag says that the value is a span.
+        // SAFETY: the tag states that the value is a span.
         let span = unsafe { v.u.s };
         let n = span.len as usize;
         let moved = if n == 0 || span.ptr.is_null() || depth > 32 {
             std::ptr::null()
         } else {
-            // SAFETY: `n` elements of the type that the tag says, valid during the call.
+            // SAFETY: the span has `n` elements of the type that the tag states, which are valid during the call.
             unsafe {
                 match v.tag {
                     TATU_LIST => {
@@ -256,7 +259,7 @@ fn is_span(tag: u32) -> bool {
     (TATU_TEXT..=TATU_MAP).contains(&tag)
 }
 
-/// Bytes of an element of an array.
+/// Returns the size of an array element, bytes.
 fn width(tag: u32) -> usize {
     match tag {
         TATU_F64S | TATU_I64S => 8,
@@ -265,14 +268,14 @@ fn width(tag: u32) -> usize {
     }
 }
 
-/// Arguments in a few words.
+/// Describes arguments for findings.
 fn list(args: &[tatu_value]) -> String {
     let words: Vec<String> = args.iter().map(shown).collect();
     words.join(", ")
 }
 
 fn shown(v: &tatu_value) -> String {
-    // SAFETY: the tag says which member is set; texts are valid during the call.
+    // SAFETY: the tag states which member is set; texts are valid during the call.
     unsafe {
         match v.tag {
             TATU_NIL => "nil".into(),
@@ -293,7 +296,7 @@ fn shown(v: &tatu_value) -> String {
     }
 }
 
-/// Whether a word is an address in this process: in memory that is mapped now.
+/// Returns whether a word is the address of memory that is currently mapped in this process.
 fn is_address(word: u64) -> bool {
     let user = 0x1_0000..1 << 47;
     if !user.contains(&word) {
@@ -308,7 +311,8 @@ fn is_address(word: u64) -> bool {
     })
 }
 
-/// From now on a crash at a guard page says on standard output whose it is, before the program's own report.
+/// Installs a handler that, on a crash at a guard page, sends the page's label to the parent before the program's own
+/// crash report.
 pub fn name_guard_pages() {
     #[cfg(unix)]
     handler::install();
@@ -325,8 +329,8 @@ mod handler {
     const SIGNALS: [c_int; 2] = [libc::SIGSEGV, libc::SIGBUS];
 
     pub fn install() {
-        // SAFETY: `sigaction` only reads and fills the structures that it gets; the handler has the type that
-        // SA_SIGINFO asks for, and calls only what is allowed in one.
+        // SAFETY: `sigaction` only reads and fills the given structures; the handler has the signature that SA_SIGINFO
+        // requires, and calls only async-signal-safe functions.
         unsafe {
             let mut before: [libc::sigaction; 2] = std::mem::zeroed();
             let mut action: libc::sigaction = std::mem::zeroed();
@@ -345,8 +349,8 @@ mod handler {
     }
 
     extern "C" fn caught(signal: c_int, info: *mut siginfo_t, context: *mut c_void) {
-        // SAFETY: the system passes a valid `info`; `write` may be called in a handler; the handler before had the
-        // type that its flags say.
+        // SAFETY: the system passes a valid `info`; `write` is async-signal-safe; the previous handler has the
+        // signature that its flags state.
         unsafe {
             if let Some((what, label)) = guard_page::blame((*info).si_addr().addr()) {
                 let newline: &[u8] = b"\n";

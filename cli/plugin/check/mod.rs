@@ -1,9 +1,9 @@
 //! `tatu plugin check`: tests a plugin against the rules of the ABI, each test in a process of its own.
 //!
-//! - here: the arguments, the list of tests, the verdict; `process`: runs one test in a child process;
-//! - `config`: `tatu-check.toml`; `report`: for people, as JSON, as annotations of GitHub;
-//! - `subject`: the plugin under test in the child; `finding`: what a test finds, and how the child says so;
-//! - `inspector`: watches calls at the ABI; `stage`: scenes and values to try a plugin with;
+//! - this file: the arguments, the list of tests, the exit code; `process`: runs one test in a child process;
+//! - `config`: `tatu-check.toml`; `report`: output as text, as JSON, and as GitHub annotations;
+//! - `subject`: the plugin under test in the child; `finding`: findings, and how the child sends them;
+//! - `inspector`: watches calls at the ABI; `stage`: scenes and parameter values for tests;
 //! - one file per group of tests: `declarations`, `commands`, `devices`, `snapshots`, `sources`, `services`, `cost`.
 
 mod commands;
@@ -53,18 +53,18 @@ pub struct Check {
     /// Also write findings as annotations for GitHub workflows [default: if GITHUB_ACTIONS is set].
     #[arg(long)]
     pub github: bool,
-    /// Seconds after which a test is ended and counts as failed.
+    /// Seconds of real time after which a test is killed and counts as failed.
     #[arg(long, value_name = "S", default_value_t = 120, value_parser = clap::value_parser!(u64).range(1..=86400))]
     pub timeout: u64,
-    /// Use this file instead of a tatu-check.toml that is found.
+    /// Use this file instead of searching for tatu-check.toml.
     #[arg(long, value_name = "FILE")]
     pub config: Option<PathBuf>,
-    /// Run this test in this process: for the program itself.
+    /// Run this test in this process; used by the program for its child processes.
     #[arg(long, hide = true)]
     pub run: Option<String>,
 }
 
-const HELP: &str = "The exit code is 0 if no test has found an error, and 1 otherwise; 2: there is no such plugin.
+const HELP: &str = "The exit code is 0 if no test has found an error, 1 otherwise, and 2 if there is no such plugin.
 
 A file tatu-check.toml next to the plugin, in its project's folder or in the working folder lists further tests to skip
 and findings to allow, with a reason:
@@ -74,7 +74,7 @@ and findings to allow, with a reason:
   place = \"command `clock.now`\"
   reason = \"reads the clock, and records it as an input\"";
 
-/// A test: its name, what it tries, and its function in the child process.
+/// A test: its name, the property that it tests, and its function in the child process.
 struct Test {
     name: &'static str,
     text: &'static str,
@@ -87,7 +87,7 @@ const TESTS: &[Test] = &[
     Test { name: "examples", text: "the examples of commands compile, and run", run: commands::examples },
     Test {
         name: "arguments",
-        text: "commands withstand good and bad arguments, behind guard pages",
+        text: "commands withstand valid and invalid arguments, placed before guard pages",
         run: commands::arguments,
     },
     Test { name: "repeat", text: "equal runs in two processes give equal results", run: commands::repeat },
@@ -116,7 +116,11 @@ const TESTS: &[Test] = &[
     Test { name: "load", text: "`load` refuses unknown bytes, and survives damaged ones", run: snapshots::load },
     Test { name: "models", text: "models can be built, and stand on the floor", run: sources::models },
     Test { name: "importers", text: "malformed files give errors", run: sources::importers },
-    Test { name: "languages", text: "script languages keep their own memory", run: sources::languages },
+    Test {
+        name: "languages",
+        text: "script languages withstand malformed scripts, and own the memory that they return",
+        run: sources::languages,
+    },
     Test { name: "services", text: "services never block, and their threads leave worlds alone", run: services::run },
     Test { name: "cost", text: "reports the cost of calls; never fails", run: cost::run },
 ];
@@ -167,14 +171,14 @@ pub fn check(args: &Check) -> ExitCode {
     if failed { ExitCode::FAILURE } else { ExitCode::SUCCESS }
 }
 
-/// The test of a name.
+/// Returns the test with a name. Fails with E102 if there is none.
 fn test(name: &str) -> Result<&'static Test, Error> {
     TESTS.iter().find(|t| t.name == name).ok_or_else(|| {
         let names = TESTS.iter().map(|t| t.name);
         let error = Error::new("E102", format!("there is no test `{name}`"));
         match nearest(name, names) {
             Some(near) => error.help(format!("did you mean `{near}`?")),
-            None => error.help("`tatu plugin check --list` shows them"),
+            None => error.help("`tatu plugin check --list` lists the tests"),
         }
     })
 }
@@ -192,7 +196,7 @@ fn chosen(args: &Check, config: &Config) -> Result<Vec<&'static Test>, Error> {
     };
     let all: Vec<_> = TESTS.iter().filter(wanted).collect();
     if all.is_empty() {
-        return Err(Error::new("E102", "no test is left to run").help("`tatu plugin check --list` shows all"));
+        return Err(Error::new("E102", "no test is left to run").help("`tatu plugin check --list` lists all tests"));
     }
     Ok(all)
 }

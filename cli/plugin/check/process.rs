@@ -1,4 +1,4 @@
-//! One test in a process of its own: started, watched, and what its end means.
+//! Runs a test in a separate process, collects its findings, and interprets its end.
 
 use std::{
     collections::VecDeque,
@@ -18,15 +18,15 @@ use super::{
     report::Outcome,
 };
 
-/// Lines of standard error that are kept of a test.
+/// Maximum number of lines of standard error that are stored per test.
 const KEPT: usize = 400;
 /// How long the parent waits for the rest of standard error after a child has ended.
 const GRACE: Duration = Duration::from_secs(2);
 
-/// Set in the processes whose transcripts are compared.
+/// Environment variable that is set in the two processes whose transcripts are compared.
 pub const ONE_RUN: &str = "TATU_CHECK_ONE_RUN";
 
-/// The library that a file or folder means: the file itself, or the only one in the folder or in its `build`.
+/// Returns the library that a path refers to: the file itself, or the only library in the folder or in its `build`.
 pub fn library(given: &Path) -> Result<PathBuf, Error> {
     let missing = |text: String| Error::new("E105", text).help("give a library, or a folder with one");
     if given.is_file() {
@@ -84,19 +84,19 @@ pub fn run(test: &'static str, text: &'static str, library: &Path, timeout: u64)
     Outcome { test, text, tried, seconds: begin.elapsed().as_secs_f64(), findings }
 }
 
-/// A child process that has ended.
+/// The result of a child process.
 pub struct Ran {
     status: Option<ExitStatus>,
-    /// What it did last.
+    /// The child's last activity: a part of the plugin, and a clause.
     at: Option<(String, String)>,
     pub findings: Vec<Finding>,
     pub transcript: String,
-    /// It tried something of the plugin, beyond loading it.
+    /// Whether the child tested anything beyond loading the plugin.
     tried: bool,
     done: bool,
-    /// It has not ended in time.
+    /// Whether the child exceeded the time limit.
     late: bool,
-    /// What the guard page that it ran into belongs to.
+    /// Label of the guard page that the plugin accessed.
     guard: Option<String>,
     errors: Vec<String>,
 }
@@ -104,7 +104,7 @@ pub struct Ran {
 impl Ran {
     /// Starts a child for a test, waits for its end, and reads what it wrote.
     ///
-    /// `one_run`: the child runs once and sends its transcript, for a comparison.
+    /// If `one_run` is set, the child sends the transcript of a single run instead of comparing two.
     pub fn of(test: &str, library: &Path, timeout: Duration, one_run: bool) -> Result<Self, String> {
         let folder = tempfile::tempdir().map_err(|e| format!("cannot create a folder for the test: {e}"))?;
         let mut command = restart_command().map_err(|e| format!("cannot find this program: {e}"))?;
@@ -113,7 +113,7 @@ impl Ran {
             true => command.env(ONE_RUN, "1"),
             false => command.env_remove(ONE_RUN),
         };
-        // So that what the plugin starts ends with it.
+        // The child gets a process group, so that processes started by the plugin can be killed with it.
         #[cfg(unix)]
         std::os::unix::process::CommandExt::process_group(&mut command, 0);
         let child = command
@@ -176,7 +176,7 @@ impl Ran {
         }
     }
 
-    /// What is wrong if the process did not come to its end: with what it did last.
+    /// Returns a finding if the process did not end normally, with its last activity.
     pub fn abnormal_end(&self) -> Option<Finding> {
         if self.done {
             let good = self.status.is_some_and(|s| matches!(s.code(), Some(0 | 1)));
@@ -198,7 +198,7 @@ impl Ran {
         Some(Finding { level: Level::Error, place, text: format!("{what}{when}") })
     }
 
-    /// In words, how a process ended that did not come to its end.
+    /// Describes how a process ended before its test was finished.
     fn ended(&self, status: ExitStatus) -> String {
         #[cfg(unix)]
         if let Some(signal) = std::os::unix::process::ExitStatusExt::signal(&status) {
@@ -220,19 +220,19 @@ impl Ran {
             };
         }
         let said = self.first_error().map_or(String::new(), |e| format!(": {e}"));
-        format!("it ended the process, with the exit code {}{said}", status.code().unwrap_or_default())
+        format!("it ended the process with exit code {}{said}", status.code().unwrap_or_default())
     }
 
-    /// The first error that the program reported on its standard error.
+    /// Returns the first error that the program reported on standard error.
     fn first_error(&self) -> Option<&str> {
         let text = self.errors.iter().find_map(|l| l.strip_prefix("error["))?;
         let text = text.split_once("]: ").map(|(_, text)| text)?;
-        // What else it says is for the run of a scene.
+        // The rest of the message applies only to runs of scenes.
         Some(text.split_once(" (what was printed").map_or(text, |(text, _)| text))
     }
 }
 
-/// Passes on the lines of a child, cut where they are too long, from a thread of its own.
+/// Sends the output lines of a child to a channel, from a separate thread.
 fn read_lines(out: Option<impl Read + Send + 'static>, to: mpsc::Sender<String>) {
     std::thread::spawn(move || {
         let Some(out) = out else { return };
@@ -244,7 +244,7 @@ fn read_lines(out: Option<impl Read + Send + 'static>, to: mpsc::Sender<String>)
     });
 }
 
-/// Collects the last lines of a child's standard error, in a thread of its own; sends them when it ends.
+/// Collects the last lines of a child's standard error in a separate thread; sends them when the stream is closed.
 fn last_lines(err: Option<impl Read + Send + 'static>) -> mpsc::Receiver<Vec<String>> {
     let (send, receive) = mpsc::channel();
     std::thread::spawn(move || {
@@ -260,10 +260,10 @@ fn last_lines(err: Option<impl Read + Send + 'static>) -> mpsc::Receiver<Vec<Str
     receive
 }
 
-/// Kills a child, and what it has started.
+/// Kills a child and the processes that it has started.
 fn end_group(child: &mut Child) {
     #[cfg(unix)]
-    // SAFETY: a call with numbers only; the group is the child's own, made when it was started.
+    // SAFETY: `kill` takes only integers; the process group was created for the child when it was started.
     unsafe {
         libc::kill(-child.id().cast_signed(), libc::SIGKILL);
     }
@@ -271,7 +271,7 @@ fn end_group(child: &mut Child) {
     let _ = child.wait();
 }
 
-/// Waits for a process that has closed its output.
+/// Waits until `end` for a process that has closed its output, then kills it. Returns `None` if it had to be killed.
 fn wait(child: &mut Child, end: Instant) -> Option<ExitStatus> {
     loop {
         match child.try_wait() {

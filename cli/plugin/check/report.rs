@@ -1,4 +1,4 @@
-//! The results of a check: for people, as JSON, and as annotations of GitHub's workflows.
+//! Prints the results of a check as text, as JSON, and as annotations for GitHub workflows.
 
 use std::path::Path;
 
@@ -8,12 +8,12 @@ use serde_json::json;
 use super::finding::{Finding, Level};
 use crate::report::out;
 
-/// What came of a test.
+/// The result of a test.
 #[derive(Debug, Serialize)]
 pub struct Outcome {
     pub test: &'static str,
     pub text: &'static str,
-    /// The plugin has something that the test is about.
+    /// Whether the plugin provides anything that the test applies to.
     pub tried: bool,
     pub seconds: f64,
     pub findings: Vec<Finding>,
@@ -33,7 +33,7 @@ impl Outcome {
     }
 }
 
-/// Prints a test, and what it found.
+/// Prints the result of a test with its findings.
 pub fn print(outcome: &Outcome) {
     out!("{}  {:<14}{}", outcome.verdict(), outcome.test, outcome.text);
     for f in &outcome.findings {
@@ -65,13 +65,13 @@ pub fn sum_up(library: &Path, outcomes: &[Outcome]) {
     out!("{}: {} of {tried} tests passed{warned}{idle}", library.display(), tried - failed);
 }
 
-/// Prints all as one JSON object.
+/// Prints all results as one JSON object.
 pub fn print_json(library: &Path, outcomes: &[Outcome]) {
     let passed = outcomes.iter().all(|o| o.count(Level::Error) == 0);
     out!("{}", json!({ "plugin": library.display().to_string(), "passed": passed, "tests": outcomes }));
 }
 
-/// Prints errors and warnings as commands of GitHub's workflows.
+/// Prints errors and warnings as GitHub workflow commands.
 pub fn annotate(library: &Path, outcomes: &[Outcome]) {
     let escaped = |text: &str| text.replace('%', "%25").replace('\r', "%0D").replace('\n', "%0A");
     for (o, f) in outcomes.iter().flat_map(|o| o.findings.iter().map(move |f| (o, f))) {

@@ -1,4 +1,4 @@
-//! Services: their barrier never blocks, and their threads touch no world.
+//! Tests of services: their `barrier` must not block, and their threads must not access a world.
 
 use std::{
     path::Path,
@@ -13,12 +13,12 @@ use super::{
     subject::Subject,
 };
 
-/// Steps of a run.
+/// Number of steps of a run.
 const STEPS: usize = 8;
-/// A step that takes longer has waited for something. A hold, which is allowed, ends after 0.1 s.
+/// Duration of a step above which `barrier` is considered to block. A hold, which is allowed, ends after 0.1 s.
 const LONG: Duration = Duration::from_millis(700);
 
-/// The test `services`.
+/// Runs the test `services`.
 pub fn run(file: &Path) -> Result<(), Error> {
     let subject = Subject::load(file)?;
     for (kind, s) in subject.registry.services.iter().enumerate().filter(|(_, s)| s.plugin == subject.plugin) {
@@ -27,7 +27,7 @@ pub fn run(file: &Path) -> Result<(), Error> {
         let params: Option<Vec<_>> =
             required.map(|p| Some((p.key.clone(), stage::good(p).into_iter().next()?))).collect();
         let Some(params) = params else {
-            note(&place, "it is not tried: a required parameter has no value that a command line could give");
+            note(&place, "it is not tested: no valid value is known for a required parameter");
             continue;
         };
         finding::at(&place, "when it is started");
@@ -35,7 +35,7 @@ pub fn run(file: &Path) -> Result<(), Error> {
             Ok(session) => session,
             Err(e) => {
                 let text = format!("it cannot be started with its defaults: {}", e.text);
-                // It may lack something of this machine; a breach has another code.
+                // E404 may be due to this machine, such as a port in use; violations of rules have other codes.
                 if e.code == "E404" {
                     warning(&place, text)
                 } else {
@@ -56,7 +56,7 @@ pub fn run(file: &Path) -> Result<(), Error> {
                 error(&place, format!("its `barrier` blocks: a step took {:.1} s", took.as_secs_f64()));
                 break;
             }
-            // Its threads get a turn.
+            // Gives the service's threads time to act.
             std::thread::sleep(Duration::from_millis(20));
         }
         finding::at(&place, "when the run ends");

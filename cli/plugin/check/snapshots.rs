@@ -1,4 +1,4 @@
-//! Snapshots: a run that goes on from one, and `load` with bytes that nobody saved.
+//! Tests of snapshots: runs that continue from one, reloading, and `load` with invalid bytes.
 
 use std::{path::Path, sync::PoisonError};
 
@@ -12,10 +12,10 @@ use super::{
     subject::Subject,
 };
 
-/// Steps before the snapshot, and after it.
+/// Number of steps before the snapshot, and after it.
 const STEPS: usize = 4;
 
-/// A scene with all that the plugin offers, and a script that calls its commands.
+/// Returns a scene with all kinds of devices that the plugin provides, and a script that calls its commands.
 fn scene(subject: &Subject) -> (String, String) {
     let r = &subject.registry;
     let mut devices = String::new();
@@ -40,14 +40,14 @@ fn world(subject: &Subject, scene: &str, script: &str) -> Result<World, Error> {
     subject.world(scene, &[("check.lua", script.as_bytes())], 1)
 }
 
-/// Runs to the snapshot; `None`: it cannot be taken, which has been reported.
+/// Runs a world and takes a snapshot. If that fails, reports it and returns `None`.
 fn saved(subject: &Subject, world: &World) -> Option<Snapshot> {
     commands::play(world, STEPS);
     finding::at("", "when a snapshot is taken");
     match world.snapshot() {
         Ok(snapshot) => {
             for m in snapshot.head.missed.iter().filter(|m| m.plugin == subject.id) {
-                note("", format!("snapshots lack what it keeps: {m}"));
+                note("", format!("snapshots do not contain its state: {m}"));
             }
             Some(snapshot)
         }
@@ -58,7 +58,7 @@ fn saved(subject: &Subject, world: &World) -> Option<Snapshot> {
     }
 }
 
-/// The test `snapshots`.
+/// Runs the test `snapshots`.
 pub fn go_on(file: &Path) -> Result<(), Error> {
     let subject = Subject::load(file)?;
     let (scene, script) = scene(&subject);
@@ -71,7 +71,8 @@ pub fn go_on(file: &Path) -> Result<(), Error> {
     finding::at("", "when a snapshot is restored");
     if let Err(e) = second.restore(&snapshot, false) {
         let text = format!("its own snapshot cannot be restored: {}", e.text);
-        // The host refuses what was made during the run; `load` is named with its plugin.
+        // Only an error of the plugin's `load` names the plugin; other errors are limitations of the host, such as
+        // objects created during the run.
         if e.text.contains(&format!("`{}`", subject.id)) {
             error("", text)
         } else {
@@ -87,13 +88,13 @@ pub fn go_on(file: &Path) -> Result<(), Error> {
         let differs = lines[0].iter().zip(&lines[1]).find(|(a, b)| a != b);
         if let Some((a, b)) = differs {
             let name = a.split(' ').next().unwrap_or_default();
-            let text = format!("{step} steps after a snapshot it was restored from, its results differ: {a}, then {b}");
+            let text = format!("{step} steps after a snapshot, the results of the restored run differ: {a}, then {b}");
             error(&format!("command `{name}`"), text);
             return Ok(());
         }
         if first.hash().total != second.hash().total {
             let text =
-                format!("{step} steps after a snapshot the restored run has another hash: `save` forgets something");
+                format!("{step} steps after a snapshot, the restored run has a different hash: `save` omits something");
             error("", text);
             return Ok(());
         }
@@ -102,7 +103,7 @@ pub fn go_on(file: &Path) -> Result<(), Error> {
     Ok(())
 }
 
-/// The test `reload`.
+/// Runs the test `reload`.
 pub fn reload(file: &Path) -> Result<(), Error> {
     let subject = Subject::load(file)?;
     let (_, script) = scene(&subject);
@@ -123,15 +124,15 @@ pub fn reload(file: &Path) -> Result<(), Error> {
             let (name, a) = a.split_once(' ').unwrap_or(("", a));
             let b = b.split_once(' ').map_or(b.as_str(), |(_, b)| b);
             let text = format!(
-                "after it was loaded again from what `save` wrote, a call that waits or counts {b}, where it {a} without"
+                "after a reload with the state from `save`, a call that waits or counts {b}; without a reload, it {a}"
             );
             error(&format!("command `{name}`"), text);
             return Ok(());
         }
         if step == 1 {
-            finding::at("", "when it is loaded again in a run");
+            finding::at("", "when it is reloaded during a run");
             let told = second.reload_plugin(subject.plugin)?;
-            // The first note says that it was loaded.
+            // The first note only states that the plugin was reloaded.
             let lost = told.notes.get(1..).unwrap_or_default();
             if !lost.is_empty() {
                 lost.iter().for_each(|n| note("", subject.readable(n)));
@@ -143,10 +144,10 @@ pub fn reload(file: &Path) -> Result<(), Error> {
     Ok(())
 }
 
-/// Steps of a run in which it is loaded again.
+/// Number of steps of a run with a reload.
 const LONG: usize = 16;
 
-/// The test `load`.
+/// Runs the test `load`.
 pub fn load(file: &Path) -> Result<(), Error> {
     let subject = Subject::load(file)?;
     let (scene, script) = scene(&subject);
@@ -164,9 +165,9 @@ pub fn load(file: &Path) -> Result<(), Error> {
         next.end();
         Ok((restored, subject.spy.loaded.load(std::sync::atomic::Ordering::Relaxed)))
     };
-    finding::at("", "when `load` gets bytes of a version of the future");
+    finding::at("", "when `load` gets bytes of an unknown version");
     if let (true, true) = try_with(Damage::Version(0x7fff_0000))? {
-        error("", "`load` accepts bytes of a version that it cannot know, 2147418112; it must refuse all but its own");
+        error("", "`load` accepts bytes of the unknown version 2147418112; it must refuse all but its own");
     }
     for n in [0, 1, 7, 8, 9, 16, 24, 31, 40, 64, 100, 200] {
         finding::at(

@@ -1,4 +1,4 @@
-//! What becomes a part of scenes: models, files that importers read, texts of script languages.
+//! Tests of models, importers and script languages.
 
 use std::path::Path;
 
@@ -11,16 +11,16 @@ use super::{
     subject::Subject,
 };
 
-/// How far a model may be below the floor or above it, m.
+/// Tolerance for the height of a model's lowest point above or below the floor, m.
 const NEAR: f64 = 0.003;
 
-/// The test `models`.
+/// Runs the test `models`.
 pub fn models(file: &Path) -> Result<(), Error> {
     let subject = Subject::load(file)?;
     for m in subject.registry.models.iter().filter(|m| m.plugin == subject.plugin) {
         let place = format!("model `{}`", m.id);
         let Some(lines) = stage::required(&m.params) else {
-            note(&place, "it is not tried: a required parameter cannot be written in a scene");
+            note(&place, "it is not tested: a required parameter cannot be set in a scene");
             continue;
         };
         finding::at(&place, "when it is built");
@@ -60,7 +60,7 @@ pub fn models(file: &Path) -> Result<(), Error> {
     Ok(())
 }
 
-/// The test `importers`.
+/// Runs the test `importers`.
 pub fn importers(file: &Path) -> Result<(), Error> {
     let subject = Subject::load(file)?;
     for i in subject.registry.importers.iter().filter(|i| i.plugin == subject.plugin) {
@@ -73,7 +73,7 @@ pub fn importers(file: &Path) -> Result<(), Error> {
         let mut heads = words(&subject.file);
         heads.retain(|head| {
             let text = border::raw(head);
-            // SAFETY: the plugin's function; the text lives through the call.
+            // SAFETY: `sniff` is the plugin's function for any context; the text is valid during the call.
             i.raw.sniff.is_some_and(|sniff| unsafe { sniff(me, text) } > 0)
         });
         for (what, bytes) in malformed(&samples(&subject.file, &i.suffixes), &heads) {
@@ -88,7 +88,7 @@ pub fn importers(file: &Path) -> Result<(), Error> {
     Ok(())
 }
 
-/// Files with one of these suffixes beside the plugin, or in the folder above.
+/// Returns the contents of files with one of these suffixes next to the plugin, or in the parent folder.
 fn samples(plugin: &Path, suffixes: &[String]) -> Vec<Vec<u8>> {
     let folders = plugin.ancestors().skip(1).take(2).filter_map(|f| std::fs::read_dir(f).ok()).flatten();
     let mut files: Vec<_> = folders.filter_map(|e| e.ok().map(|e| e.path())).collect();
@@ -97,7 +97,7 @@ fn samples(plugin: &Path, suffixes: &[String]) -> Vec<Vec<u8>> {
     files.iter().filter_map(|f| std::fs::read(f).ok()).filter(|b| b.len() < 1 << 20).take(4).collect()
 }
 
-/// Texts in a library, of which some may be what files of its format begin with.
+/// Returns the printable strings in a library, among which is probably the signature of its file format.
 fn words(library: &Path) -> Vec<Vec<u8>> {
     let bytes = std::fs::read(library).unwrap_or_default();
     let texts = bytes.split(|b| !(b.is_ascii_graphic() || *b == b' ')).filter(|t| (3..=40).contains(&t.len()));
@@ -108,10 +108,10 @@ fn words(library: &Path) -> Vec<Vec<u8>> {
     all
 }
 
-/// Texts of a library that are tried as the beginning of a file.
+/// Maximum number of a library's strings that are tried as the beginning of a file.
 const MOST_WORDS: usize = 20_000;
 
-/// Contents that are no file of the format, or a damaged one. `heads`: what the importer takes for its own format.
+/// Returns malformed contents of files, with descriptions. `heads` are beginnings that the importer recognizes.
 fn malformed(samples: &[Vec<u8>], heads: &[Vec<u8>]) -> Vec<(String, Vec<u8>)> {
     let mut out: Vec<(String, Vec<u8>)> = vec![
         ("an empty file".into(), Vec::new()),
@@ -149,7 +149,7 @@ fn malformed(samples: &[Vec<u8>], heads: &[Vec<u8>]) -> Vec<(String, Vec<u8>)> {
     out
 }
 
-/// The test `languages`.
+/// Runs the test `languages`.
 pub fn languages(file: &Path) -> Result<(), Error> {
     let subject = Subject::load(file)?;
     for l in subject.registry.languages.iter().filter(|l| l.plugin == subject.plugin) {
@@ -179,14 +179,15 @@ pub fn languages(file: &Path) -> Result<(), Error> {
     Ok(())
 }
 
-/// Dialects that a language accepts, of those that it names when it is asked for one that it cannot know.
+/// Returns dialects that a language accepts, taken from its error message about an unknown dialect.
 fn dialects(subject: &Subject, language: &tatu_core::plugins::Language) -> Vec<String> {
     let Some(knows) = language.raw.knows_dialect else { return Vec::new() };
     let me = subject.registry.plugins[subject.plugin].me;
     let ask = |dialect: &str| {
         let mut error = border::ErrorSlot::new();
         let text = border::raw(dialect.as_bytes());
-        // SAFETY: the plugin's function, [any]; the text and the error object live through the call.
+        // SAFETY: `knows` is the plugin's function for any context; the text and the error object are valid during the
+        // call.
         let status = unsafe { knows(me, text, error.raw()) };
         (status == TATU_OK, error.text())
     };

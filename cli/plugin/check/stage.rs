@@ -1,10 +1,10 @@
-//! What a plugin is tried with: scenes, and values for declared parameters.
+//! Scenes for tests, and values for declared parameters.
 
 use tatu_core::plugins::{Declared, units};
 use tatu_plugin_api::{abi::*, safe::Value};
 
-/// A room of walls at different distances, a body that falls and slides, a joint that turns, a sensor, and a script
-/// that is called as scripts are. `devices` are further tables; `script` is the text of `check.lua`, or empty.
+/// Returns a scene: a room with walls at different distances, a body that falls and slides, a joint that turns, and a
+/// sensor. `devices` are further tables; if `script` is not empty, the scene has the script `check.lua`.
 pub fn scene(devices: &str, script: &str) -> String {
     let mut out = String::from("format = 1\n[scene]\ntext = \"A plugin is checked\"\nseed = 7\n");
     let wall = |alias: &str, at: [f64; 3], size: [f64; 3]| {
@@ -58,7 +58,7 @@ position_m = [0.0, 0.0, 0.5]
 orientation_deg = [0.0, 90.0, 0.0]
 "#;
 
-/// How sensors are placed, as lines of a table: towards walls, up, into nothing, and on a body that moves.
+/// Placements of sensors, as lines of a table: facing walls, facing up, far from everything, and on a moving body.
 pub const PLACES: [&str; 5] = [
     "position_m = [0.0, 0.0, 0.5]\norientation_deg = [0.0, 90.0, 0.0]\n",
     "position_m = [0.1, -0.2, 0.6]\norientation_deg = [90.0, 0.0, 20.0]\n",
@@ -67,7 +67,7 @@ pub const PLACES: [&str; 5] = [
     "parent = \"/body\"\nposition_m = [0.0, 0.0, 0.15]\norientation_deg = [0.0, -80.0, 0.0]\n",
 ];
 
-/// Values that a parameter takes, the most ordinary first; none: scenes cannot give it.
+/// Returns valid values of a parameter, the most common first; empty if scenes cannot set it.
 pub fn good(p: &Declared) -> Vec<Value> {
     let mut out = Vec::new();
     if p.fallback != Value::Nil {
@@ -102,7 +102,7 @@ pub fn good(p: &Declared) -> Vec<Value> {
     unique
 }
 
-/// Numbers within the bounds of a parameter, near its default where it has one.
+/// Returns numbers within the bounds of a parameter, near its default if it has one.
 fn between(p: &Declared) -> Vec<f64> {
     let (low, high) = (p.lowest.is_finite().then_some(p.lowest), p.highest.is_finite().then_some(p.highest));
     let middle = match (low, high) {
@@ -119,7 +119,7 @@ fn between(p: &Declared) -> Vec<f64> {
     near.into_iter().chain(middle).filter(|x| x.is_finite() && x.abs() < 1e9).collect()
 }
 
-/// A parameter as a line of a scene file; `None`: it cannot be written there.
+/// Returns the line that sets a parameter in a scene file, or `None` if that is not possible.
 pub fn line(p: &Declared, value: &Value) -> Option<String> {
     let unit = p.unit.as_deref();
     let key = units::written(&p.key, unit);
@@ -136,7 +136,7 @@ pub fn line(p: &Declared, value: &Value) -> Option<String> {
     Some(format!("{key} = {text}\n"))
 }
 
-/// Lines for the parameters that a scene must give; `None`: one of them cannot be written.
+/// Returns lines that set all required parameters, or `None` if one of them cannot be set in a scene file.
 pub fn required(params: &[Declared]) -> Option<String> {
     let all = params.iter().filter(|p| !p.optional());
     all.map(|p| good(p).first().and_then(|v| line(p, v))).collect()

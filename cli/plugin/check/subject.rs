@@ -1,4 +1,4 @@
-//! The plugin under test, loaded among the program's own, in the child process.
+//! The plugin under test, loaded in the child process together with the program's own plugins.
 
 use std::{
     path::{Path, PathBuf},
@@ -21,32 +21,33 @@ use tatu_plugin_api::safe::program_file;
 use super::{finding, inspector::Spy};
 use crate::watchdog::Watchdog;
 
-/// Name of the copy that is loaded.
+/// Base name of the copy that is loaded.
 const COPY: &str = "tatu_checked";
-/// What names of folders of single worlds begin with.
+/// Prefix of the folders in which worlds open files.
 const OWN: &str = "files-of-world-";
 
 /// The plugin under test.
 pub struct Subject {
     pub registry: Arc<Registry>,
-    /// Its index in the registry.
+    /// The plugin's index in the registry.
     pub plugin: usize,
-    /// Its id.
+    /// The plugin's id.
     pub id: String,
-    /// What watches its calls.
+    /// The inspector that watches the plugin's calls.
     pub spy: Arc<Spy>,
-    /// Errors and warnings of its loading.
+    /// Errors and warnings that were reported when the plugin was loaded.
     pub refused: Vec<Error>,
-    /// The file that was asked for.
+    /// The original library file.
     pub file: PathBuf,
-    /// How many worlds there were.
+    /// Number of worlds created so far.
     worlds: AtomicU32,
-    /// Where its copy lies, and the scenes of the test.
+    /// Temporary folder for the copy of the library and the scenes of the test.
     folder: tempfile::TempDir,
 }
 
 impl Subject {
-    /// Loads a library under another name, as the plugin of a stranger: with tables that end where its needs say.
+    /// Loads a copy of a library under another name. Host tables end at the sizes that the plugin declares as needs, so
+    /// that a call beyond them is detected.
     pub fn load(file: &Path) -> Result<Self, Error> {
         let cannot = |e: std::io::Error| Error::new("E105", format!("cannot copy {}: {e}", file.display()));
         let folder = tempfile::tempdir().map_err(cannot)?;
@@ -56,13 +57,13 @@ impl Subject {
         finding::at("", finding::LOADING);
         let exe = program_file();
         let mut search = Search::standard(exe.as_deref(), Some(folder.path().as_os_str()), &built());
-        // So that it can be loaded again.
+        // Opening copies of libraries makes reloading possible.
         search.copies = Some(Arc::new(Copies::new()?));
         let mut host = tatu_core::host_tables();
         host.cut_to_needs();
         let watchdog = Watchdog::start(0.0, false);
         let mut registry = Registry::load_watched(search, host, watchdog.watches.clone());
-        // Where it takes the place of one of the program's own, that is meant.
+        // E302 is expected if the plugin under test hides one of the program's own plugins.
         let mine = |e: &Error| e.code != "E302" && e.text.contains(&copy.display().to_string());
         let refused: Vec<Error> = registry.refused.iter().filter(|e| mine(e)).cloned().collect();
         let Some(plugin) = registry.plugins.iter().position(|p| p.path == copy) else {
@@ -86,7 +87,7 @@ impl Subject {
         })
     }
 
-    /// A document from texts: the scene, and files that it names.
+    /// Loads a document from the text of a scene and the contents of files that the scene names.
     pub fn document(&self, scene: &str, files: &[(&str, &[u8])]) -> Result<Arc<Document>, Error> {
         let file = self.folder.path().join("check.toml");
         let all = files.iter().copied().chain([("check.toml", scene.as_bytes())]);
@@ -97,10 +98,10 @@ impl Subject {
         document::load(&file, &self.registry, &Options::default()).map(Arc::new)
     }
 
-    /// A world of such a document.
+    /// Creates a world from such a document, with a folder of its own for files.
     pub fn world(&self, scene: &str, files: &[(&str, &[u8])], threads: usize) -> Result<World, Error> {
         let world = World::with_threads(self.document(scene, files)?, self.registry.clone(), threads)?;
-        // What one world writes, another must not find.
+        // Each world gets its own folder, so that files written by one are not visible to another.
         let number = self.worlds.fetch_add(1, Ordering::Relaxed);
         let own = self.folder.path().join(format!("{OWN}{number}"));
         std::fs::create_dir_all(&own).map_err(|e| Error::new("E105", format!("cannot create a folder: {e}")))?;
@@ -108,7 +109,7 @@ impl Subject {
         Ok(world)
     }
 
-    /// Reports the faults of a world that are the plugin's.
+    /// Reports the faults of a world that the plugin under test caused.
     pub fn report_faults(&self, world: &World) {
         world
             .faults()
@@ -117,7 +118,7 @@ impl Subject {
             .for_each(|f| finding::error(&finding::here(), self.readable(&f.message)));
     }
 
-    /// A line without the names of folders that are other ones in each process.
+    /// Replaces the names of folders in a line that differ between processes.
     pub fn without_folders(&self, line: &str) -> String {
         let here = std::env::current_dir().unwrap_or_default();
         let line = [self.folder.path(), &here].iter().fold(line.to_owned(), |l, folder| {
@@ -129,7 +130,7 @@ impl Subject {
         parts.fold(first, |l, part| l + part.trim_start_matches(|c: char| c.is_ascii_digit()))
     }
 
-    /// A message without the name of the copy that was loaded.
+    /// Replaces the name of the loaded copy in a message by that of the original file.
     pub fn readable(&self, text: &str) -> String {
         let file = self.file.display().to_string();
         let word = |word: &str| match word.contains(COPY) {
@@ -143,9 +144,10 @@ impl Subject {
         text.split(' ').map(word).collect::<Vec<_>>().join(" ")
     }
 
-    /// Whether a fault is a breach by this plugin; errors that its commands raise are none.
+    /// Returns whether a fault is a violation of the rules by this plugin; errors raised by its commands are not.
     pub fn is_mine(&self, fault: &Fault) -> bool {
-        // One without a plugin comes from a thread of it: the program's own plugins are tested for that.
+        // A fault without a plugin comes from a thread of the plugin under test: the program's own are known not to
+        // cause any.
         let kind = matches!(fault.kind, FaultKind::Plugin | FaultKind::Stuck | FaultKind::Physics);
         kind && fault.plugin.as_ref().is_none_or(|id| *id == self.id)
     }

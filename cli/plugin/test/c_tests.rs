@@ -1,4 +1,4 @@
-//! Tests in C and C++: each file becomes a library, each test runs in a process of its own.
+//! Runs tests in C and C++: each file is compiled to a library, and each test runs in a separate process.
 
 use std::{
     fs,
@@ -16,13 +16,13 @@ use super::{
     tools,
 };
 
-/// How long a compiler may take.
+/// Time limit for the compiler.
 const LONG: Duration = Duration::from_secs(3600);
 
 /// Runs all tests of the folder.
 pub fn run(folder: &Path, plugins: &[PathBuf], limit: Duration, out: &mut Outcomes) -> Result {
     let place = folder.join("build/tests");
-    fs::create_dir_all(&place).map_err(|e| Error::new("E621", format!("cannot make {}: {e}", place.display())))?;
+    fs::create_dir_all(&place).map_err(|e| Error::new("E621", format!("cannot create {}: {e}", place.display())))?;
     for source in tools::files(&folder.join("tests"), &["c", "cpp", "cc", "cxx"]) {
         let file = tools::shown(folder, &source);
         let stem = source.file_stem().map(|s| s.to_string_lossy().into_owned()).unwrap_or_default();
@@ -32,7 +32,7 @@ pub fn run(folder: &Path, plugins: &[PathBuf], limit: Duration, out: &mut Outcom
         if cfg!(target_os = "linux") {
             command.arg("-lm");
         }
-        // As messages name it.
+        // The compiler runs in the project's folder, so that paths in its messages are relative to it.
         let built = process::run(command.current_dir(folder), LONG)?;
         if !built.status.is_some_and(|s| s.success()) {
             out.add(&file, &stem, vec![Failure::new("the tests cannot be compiled")], &built.output);
@@ -65,13 +65,13 @@ struct Library<'a> {
 }
 
 impl Library<'_> {
-    /// This program again, on this library, and what it reported.
+    /// Starts this program as a child process on this library; returns its end and its report.
     fn start(&self, name: Option<&str>) -> Result<(Ended, Vec<Value>)> {
-        // What is left of an earlier test is none of this one's; where there is nothing, there is nothing to remove.
+        // Removes the report of an earlier test. If there is none, the error is expected.
         let _ = fs::remove_file(&self.report);
         let command = restart_command();
         let mut command =
-            command.map_err(|e| Error::new("E621", format!("where this program lies is unknown: {e}")))?;
+            command.map_err(|e| Error::new("E621", format!("the path of this program is unknown: {e}")))?;
         command.args(["plugin", "run-test"]).arg(&self.library).arg("--report").arg(&self.report);
         command.arg("--files").arg(self.folder.join("tests"));
         if let Some(name) = name {
@@ -85,7 +85,7 @@ impl Library<'_> {
         Ok((ended, text.lines().filter_map(|l| serde_json::from_str(l).ok()).collect()))
     }
 
-    /// Their names, or why there are none.
+    /// Returns the names of the tests, or a failure with the output if the library cannot be loaded.
     fn names(&self) -> Result<Result<Vec<String>, (Failure, String)>> {
         let (ended, report) = self.start(None)?;
         if let Some(Value::Array(names)) = report.first() {
@@ -95,7 +95,7 @@ impl Library<'_> {
         Ok(Err((Failure::new(why), ended.output)))
     }
 
-    /// Runs one; its failures, and what it printed.
+    /// Runs one test; returns its failures and its output.
     fn run(&self, name: &str) -> Result<(Vec<Failure>, String)> {
         let (ended, report) = self.start(Some(name))?;
         let failure = |v: &Value| {

@@ -1,5 +1,5 @@
-//! One test in C or C++, in this process: what `tatu plugin test` starts for each. What it reports goes to a file, a line
-//! each, so that all before a crash is kept.
+//! Runs one test in C or C++ in this process, which `tatu plugin test` starts for each test. Reports are written to a
+//! file line by line, so that those before a crash are not lost.
 
 use std::{
     ffi::{CStr, CString, c_char},
@@ -20,21 +20,21 @@ use crate::watchdog::Watchdog;
 pub struct RunTest {
     /// The library with the tests.
     pub library: PathBuf,
-    /// The test; none: their names are listed.
+    /// The name of the test; if it is omitted, the names of all tests are listed.
     #[arg(long)]
     pub name: Option<String>,
-    /// Where the report goes.
+    /// The file to which the report is written.
     #[arg(long)]
     pub report: PathBuf,
-    /// Where the files of its scenes lie.
+    /// The folder with the scene files of the tests.
     #[arg(long)]
     pub files: PathBuf,
-    /// A plugin, or a folder with such.
+    /// A plugin, or a folder with plugins; may be given several times.
     #[arg(long = "plugin")]
     pub plugins: Vec<PathBuf>,
 }
 
-/// Exit code 0: the test has run to its end, and the report tells what came of it.
+/// Runs a test. The exit code is 0 if the test has finished; its result is in the report.
 pub fn run_test(args: &RunTest) -> Result<ExitCode> {
     run(args).map(|()| ExitCode::SUCCESS)
 }
@@ -56,7 +56,7 @@ fn run(args: &RunTest) -> Result {
         .find(|c| c.0 == *name)
         .ok_or_else(|| failed(format!("{} has no test `{name}`", args.library.display())))?;
     let run = case.run.ok_or_else(|| failed(format!("the test `{name}` has no function")))?;
-    // So that a crash in a plugin is told as such.
+    // Plugin calls are recorded, so that the report of a crash names the plugin.
     tatuhost::note_calls_in(Watchdog::start(0.0, false).watches);
     let plugins = args.plugins.iter().map(|p| text(p)).collect::<Result<Vec<_>>>()?;
     let folder = text(&args.files)?;
@@ -73,41 +73,41 @@ fn run(args: &RunTest) -> Result {
         report: Some(note),
     };
     let test: *mut tatu_test = &raw mut test;
-    // SAFETY: the test's own function with a context that lives through it, on this thread.
+    // SAFETY: the function is that of the test, and the context is valid until it returns.
     unsafe { run(test) };
-    // SAFETY: the context again, with the world that the test left open, if it did.
+    // SAFETY: the context is still valid; its world is null or one that the test left open.
     let closed = unsafe { tatuhost::TABLE.close.map_or(TATU_OK, |close| close((*test).world)) };
     if closed < 0 {
-        // SAFETY: the host's text, which lives until the next call.
+        // SAFETY: the text belongs to the host and is valid until the next call.
         let why = unsafe { tatuhost::TABLE.last_error.map(|last| Lent::new(last()).text().into_owned()) };
         write(&mut file, &json!({ "file": "", "line": 0, "text": why.unwrap_or_default() }))?;
     }
     write(&mut file, &json!("end"))
 }
 
-/// The tests of a library, by name.
+/// Opens a library; returns its tests with their names.
 fn cases(path: &Path) -> Result<Vec<(String, &'static tatu_test_case)>> {
-    // SAFETY: running the constructors of a test's library is what the user asked for.
+    // SAFETY: the user requested to run this library's tests, and so its constructors.
     let library = unsafe { Library::new(path) };
     let library = library.map_err(|e| {
         let reason = std::error::Error::source(&e).map_or(String::new(), |s| format!(": {s}"));
         failed(format!("cannot open {}: {e}{reason}", path.display()))
             .help("a test does not link to the plugin: it reaches it through scenes and commands")
     })?;
-    // SAFETY: the symbol is a constant of this type by the contract.
+    // SAFETY: by the contract, the symbol is a constant of this type.
     let list = unsafe { library.get::<*const tatu_test_list>(b"tatu_tests\0").map(|s| s.try_as_raw_ptr()) };
     let list = list.ok().flatten().map(|p| p.cast::<tatu_test_list>().cast_const());
-    // It is never unloaded: the tests lie in it.
+    // The library is never unloaded, since it contains the code of the tests.
     std::mem::forget(library);
     let list = list.ok_or_else(|| {
         failed(format!("{} exports no `tatu_tests`", path.display()))
             .help("list the tests of the file at its end: TATU_TESTS(first, second);")
     })?;
     let mut all = Vec::new();
-    // SAFETY: a constant of the library, with a list of constants that ends with null; their texts end with 0.
+    // SAFETY: the list is a constant of the library; its cases end with null, and their names are NUL-terminated.
     unsafe {
         if (*list).abi_major != TATU_ABI_MAJOR || ((*list).size as usize) < size_of::<tatu_test_list>() {
-            return Err(failed(format!("{} was built with the header of another Tatu", path.display())));
+            return Err(failed(format!("{} was built with the header of a different version of Tatu", path.display())));
         }
         let mut next = (*list).cases;
         while let Some(case) = (*next).as_ref() {
@@ -118,14 +118,14 @@ fn cases(path: &Path) -> Result<Vec<(String, &'static tatu_test_case)>> {
     Ok(all)
 }
 
-/// What a check calls that does not hold.
+/// Callback of the test header for a failed check: writes it to the report.
 unsafe extern "C" fn note(test: *mut tatu_test, file: *const c_char, line: u32, text: *const c_char) {
     let read = |text: *const c_char| match text.is_null() {
         true => String::new(),
-        // SAFETY: by the contract a text that ends with 0.
+        // SAFETY: by the contract, the text is NUL-terminated.
         false => unsafe { CStr::from_ptr(text) }.to_string_lossy().into_owned(),
     };
-    // SAFETY: the context that this process gave to the test.
+    // SAFETY: `test` is the context that this process passed to the test.
     let Some(to) = (unsafe { (*test).ctx.cast::<File>().as_mut() }) else { return };
     let _ = write(to, &json!({ "file": read(file), "line": line, "text": read(text) }));
 }

@@ -1,5 +1,5 @@
-//! The plugin under test, in the folder `build`: built by `tatu plugin build` in a folder that `tatu new plugin` has made,
-//! else from the sources in the folder.
+//! Builds the plugin under test in the folder `build`: with `tatu plugin build` if the folder was created by
+//! `tatu new plugin`, otherwise from the sources in the folder.
 
 use std::{
     fs,
@@ -19,11 +19,11 @@ use crate::plugin::{
     project::{Project, SETTINGS},
 };
 
-/// How long a compiler may take.
+/// Time limit for the compiler.
 const LONG: Duration = Duration::from_secs(3600);
 
-/// Builds the library; the folders in which plugins are searched. `None`: it cannot be built, and the compiler's words
-/// stand in `out` as a test that failed.
+/// Builds the library; returns the folders to search for plugins. If the build fails, adds a failed test with the
+/// compiler's output to `out`, and returns `None`.
 pub fn make(folder: &Path, out: &mut Outcomes) -> Result<Option<Vec<PathBuf>>> {
     if folder.join(SETTINGS).is_file() {
         let project = Project::open(folder)?;
@@ -34,7 +34,7 @@ pub fn make(folder: &Path, out: &mut Outcomes) -> Result<Option<Vec<PathBuf>>> {
         return Ok(Some(vec![project.build()]));
     }
     let build = folder.join("build");
-    fs::create_dir_all(&build).map_err(|e| failed(format!("cannot make {}: {e}", build.display())))?;
+    fs::create_dir_all(&build).map_err(|e| failed(format!("cannot create {}: {e}", build.display())))?;
     let wrong =
         if folder.join("Cargo.toml").is_file() { of_cargo(folder, &build)? } else { of_compiler(folder, &build)? };
     if let Some(words) = wrong {
@@ -44,7 +44,7 @@ pub fn make(folder: &Path, out: &mut Outcomes) -> Result<Option<Vec<PathBuf>>> {
     Ok(Some(vec![build]))
 }
 
-/// `cargo build`; what cargo said, if it failed.
+/// Runs `cargo build`; returns cargo's output if it failed.
 fn of_cargo(folder: &Path, build: &Path) -> Result<Option<String>> {
     let mut command = std::process::Command::new(tools::cargo());
     command.args(["build", "--message-format=json-render-diagnostics", "--manifest-path"]);
@@ -64,13 +64,13 @@ fn of_cargo(folder: &Path, build: &Path) -> Result<Option<String>> {
     Ok(None)
 }
 
-/// What cargo said for people: all but its messages in JSON.
+/// Returns cargo's output without its messages in JSON.
 pub fn words(output: &str) -> String {
     output.lines().filter(|l| !l.starts_with('{')).collect::<Vec<_>>().join("\n")
 }
 
-/// The sources in the folder itself in one library; what the compiler said, if it failed. Without sources the folder
-/// `build`, or the folder itself, holds what was built by other means.
+/// Compiles the sources in the folder to one library; returns the compiler's output if it failed. If there are no
+/// sources, the folder or its `build` must contain a library built by other means.
 fn of_compiler(folder: &Path, build: &Path) -> Result<Option<String>> {
     let sources = tools::files(folder, &["c", "cpp", "cc", "cxx"]);
     let Some(first) = sources.iter().find(|s| s.extension().is_some_and(|e| e != "c")).or(sources.first()) else {
@@ -95,7 +95,7 @@ fn of_compiler(folder: &Path, build: &Path) -> Result<Option<String>> {
 fn put(file: &Path, build: &Path) -> Result {
     let Some(name) = file.file_name() else { return Ok(()) };
     let (new, to) = (build.join("new"), build.join(name));
-    // Beside the old one, which a running program may have open.
+    // The old library is replaced by a rename, because a running program may have it open.
     let put = fs::copy(file, &new).and_then(|_| fs::rename(&new, &to));
     put.map_err(|e| failed(format!("cannot write {}: {e}", to.display())))
 }

@@ -1,9 +1,9 @@
-//! `tatu plugin test`: builds a plugin, and runs what its folder `tests` holds: tests in C and C++, scenes, and for a
+//! `tatu plugin test`: builds a plugin, and runs the tests in its folder `tests`: tests in C and C++, scenes, and for a
 //! crate the tests of cargo.
 //!
-//! - `library`: the plugin under test; `c_tests`, `rust_tests`, `scenes`: the three sorts of tests;
-//! - `child`: one test in C, in a process of its own; `process`: such a process, and its end;
-//! - `outcome`: what came of a test, for people and as JSON; `tools`: compilers.
+//! - `library`: builds the plugin under test; `c_tests`, `rust_tests`, `scenes`: run the three types of tests;
+//! - `child`: runs one test in C in its process; `process`: starts a process and interprets its end;
+//! - `outcome`: results of tests, as text and JSON; `tools`: compilers.
 
 mod c_tests;
 mod child;
@@ -26,13 +26,13 @@ pub struct Test {
     /// The plugin's folder.
     #[arg(default_value = ".")]
     pub folder: PathBuf,
-    /// Run only tests with this in their names.
+    /// Run only tests whose names contain this string.
     #[arg(long, value_name = "NAME")]
     pub only: Option<String>,
-    /// End with a JSON object on standard output, in place of a line per test.
+    /// Print a JSON object on standard output at the end, instead of a line per test.
     #[arg(long)]
     pub json: bool,
-    /// Seconds of real time after which a test that has not ended has failed.
+    /// Seconds of real time after which a test is killed and counts as failed.
     #[arg(long, value_name = "S", default_value_t = 60.0, value_parser = limit)]
     pub timeout: f64,
 }
@@ -42,7 +42,8 @@ fn limit(text: &str) -> Result<f64, String> {
     found.ok_or_else(|| "expected a number of seconds, at least 0.1".into())
 }
 
-/// Exit code 0 if all tests pass, 1 if one fails or nothing could be built, 2 if there is nothing to test.
+/// Runs the tests. The exit code is 0 if all pass, 1 if one fails or the plugin could not be built, and 2 if there is
+/// nothing to test.
 pub fn test(args: &Test) -> Result<ExitCode> {
     let outcomes = run(args)?;
     outcomes.summary(args.json);

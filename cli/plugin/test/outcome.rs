@@ -1,4 +1,4 @@
-//! What came of tests: a line each, and a summary.
+//! Results of tests: prints a line for each, and a summary.
 
 use serde::Serialize;
 
@@ -7,56 +7,56 @@ use crate::report;
 /// Why a test failed.
 #[derive(Debug, Clone, Serialize)]
 pub struct Failure {
-    /// The file of the test; empty: none is known.
+    /// The file in which the failure occurred; empty if it is unknown.
     pub file: String,
-    /// Line in it, from 1; 0: none is known.
+    /// Line in the file, counted from 1; 0 if it is unknown.
     pub line: u32,
-    /// The sentence.
+    /// Description of the failure.
     pub text: String,
 }
 
 impl Failure {
-    /// One that has no place.
+    /// Creates a failure without a file and a line.
     pub fn new(text: impl Into<String>) -> Self {
         Failure { file: String::new(), line: 0, text: text.into() }
     }
 }
 
-/// What came of one test.
+/// The result of one test.
 #[derive(Debug, Serialize)]
 struct Outcome {
-    /// The file that it stands in, from the plugin's folder.
+    /// The file of the test, relative to the plugin's folder.
     file: String,
     name: String,
     passed: bool,
     failures: Vec<Failure>,
-    /// What it printed.
+    /// The output of the test.
     output: String,
 }
 
-/// What came of all of them.
+/// The results of all tests.
 pub struct Outcomes {
     all: Vec<Outcome>,
     only: Option<String>,
-    /// Whether each is printed as it ends.
+    /// Whether each result is printed as soon as it is known.
     tells: bool,
 }
 
-/// Lines that a failed test has printed, at most; the last ones are shown.
+/// Maximum number of output lines shown for a failed test; these are the last ones.
 const MOST_LINES: usize = 40;
 
 impl Outcomes {
-    /// None yet.
+    /// Creates an empty list of results.
     pub fn new(only: Option<String>, tells: bool) -> Self {
         Outcomes { all: Vec::new(), only, tells }
     }
 
-    /// Whether a test is to be run.
+    /// Returns whether a test is selected by its name.
     pub fn wants(&self, name: &str) -> bool {
         self.only.as_ref().is_none_or(|only| name.contains(only.as_str()))
     }
 
-    /// Adds a test; without failures it has passed.
+    /// Adds the result of a test, which has passed if there are no failures.
     pub fn add(&mut self, file: &str, name: &str, failures: Vec<Failure>, output: &str) {
         let passed = failures.is_empty();
         if self.tells {
@@ -69,17 +69,17 @@ impl Outcomes {
         self.all.push(Outcome { file: file.into(), name: name.into(), passed, failures, output: output.into() });
     }
 
-    /// How many have failed.
+    /// Returns the number of failed tests.
     pub fn failed(&self) -> usize {
         self.all.iter().filter(|o| !o.passed).count()
     }
 
-    /// Whether none was run.
+    /// Returns whether no test was run.
     pub fn is_empty(&self) -> bool {
         self.all.is_empty()
     }
 
-    /// The last line, or all as JSON.
+    /// Prints a summary line, or all results as JSON.
     pub fn summary(&self, json: bool) {
         let (failed, all) = (self.failed(), self.all.len());
         if json {
@@ -105,7 +105,7 @@ fn shown(output: &str) {
     let lines: Vec<&str> = output.lines().collect();
     let first = lines.len().saturating_sub(MOST_LINES);
     if first > 0 {
-        report::out!("      | ({first} lines before)");
+        report::out!("      | ({first} earlier lines omitted)");
     }
     lines[first..].iter().for_each(|line| report::out!("      | {line}"));
 }

@@ -1,4 +1,4 @@
-//! A process that a test runs in: what it prints is kept, and it is ended with all that it started if it takes too long.
+//! Runs a test in a process: captures its output, and kills it with its descendants at a time limit.
 
 use std::{
     io::Read,
@@ -9,18 +9,18 @@ use std::{
 
 use tatu_core::errors::{Error, Result};
 
-/// How a process ended.
+/// The result of a process.
 pub struct Ended {
-    /// None: it took too long, and was ended.
+    /// Exit status; `None` if the process was killed at the time limit.
     pub status: Option<ExitStatus>,
-    /// What it printed, standard output first.
+    /// Output of the process, standard output first.
     pub output: String,
 }
 
-/// What is kept of what a process prints, bytes; a test may print in an endless loop.
+/// Maximum stored output of a process, bytes; a test may print in an endless loop.
 const MOST: usize = 1 << 20;
 
-/// Runs a command to its end, or for so long.
+/// Runs a command until it ends or the time limit is reached.
 pub fn run(command: &mut Command, limit: Duration) -> Result<Ended> {
     command.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());
     #[cfg(unix)]
@@ -33,7 +33,7 @@ pub fn run(command: &mut Command, limit: Duration) -> Result<Ended> {
     if status.is_none() {
         end(&mut child);
     }
-    // Something that it started may have its output still open.
+    // A process that the test started may still have the output open, so the wait is limited.
     let output = parts.iter().filter_map(|part| part.recv_timeout(Duration::from_secs(2)).ok());
     let output: Vec<u8> = output.flatten().collect();
     Ok(Ended { status, output: String::from_utf8_lossy(&output).into_owned() })
@@ -51,18 +51,19 @@ fn wait(child: &mut Child, limit: Duration) -> Option<ExitStatus> {
     }
 }
 
-/// Ends a process, and what it has started.
+/// Kills a process and its descendants.
 fn end(child: &mut Child) {
     #[cfg(unix)]
     if let Ok(group) = libc::pid_t::try_from(child.id()) {
-        // SAFETY: it takes numbers; the group is that of our own child, which has not been waited for.
+        // SAFETY: `kill` takes only integers; the group is that of a child that has not been waited for, so its id has
+        // not been reused.
         unsafe { libc::kill(-group, libc::SIGKILL) };
     }
     let _ = child.kill();
     let _ = child.wait();
 }
 
-/// Reads to the end on a thread of its own: a full pipe would hold the process.
+/// Reads a pipe to its end on a separate thread, since a full pipe would block the process.
 fn reader(pipe: Option<impl Read + Send + 'static>) -> Receiver<Vec<u8>> {
     let (give, take) = channel();
     let read = move || {
@@ -75,15 +76,15 @@ fn reader(pipe: Option<impl Read + Send + 'static>) -> Receiver<Vec<u8>> {
         }
         let _ = give.send(all);
     };
-    // Without a thread for it the output is lost, and nothing else.
+    // If the thread cannot be started, only the output is lost.
     let _ = std::thread::Builder::new().spawn(read);
     take
 }
 
-/// Why the end of a process is a failure, whatever it did before: it took too long, or a signal ended it.
+/// Describes an abnormal end of a process: the time limit, or a signal. Returns `None` if it exited normally.
 pub fn bad_end(ended: &Ended, limit: Duration) -> Option<String> {
     let Some(status) = ended.status else {
-        return Some(format!("the test has not ended within {} s, and was ended", limit.as_secs_f64()));
+        return Some(format!("the test has not ended within {} s, and was killed", limit.as_secs_f64()));
     };
     signal(status).map(|n| format!("the test crashed: {}", signal_name(n)))
 }
@@ -94,7 +95,7 @@ fn signal(status: ExitStatus) -> Option<i32> {
 }
 #[cfg(not(unix))]
 fn signal(status: ExitStatus) -> Option<i32> {
-    // Exceptions of the processor are negative exit codes there.
+    // On Windows, processor exceptions are reported as negative exit codes.
     status.code().filter(|code| *code < 0)
 }
 
@@ -102,12 +103,12 @@ fn signal_name(n: i32) -> String {
     #[cfg(unix)]
     {
         let known = [
-            (libc::SIGSEGV, "SIGSEGV, it used memory that is not there"),
-            (libc::SIGABRT, "SIGABRT, it called abort, or a check of the C library failed"),
-            (libc::SIGFPE, "SIGFPE, an operation on whole numbers such as a division by 0"),
-            (libc::SIGILL, "SIGILL, an instruction that the processor does not have"),
-            (libc::SIGBUS, "SIGBUS, it used memory that is not there"),
-            (libc::SIGKILL, "SIGKILL, something ended it, perhaps for want of memory"),
+            (libc::SIGSEGV, "SIGSEGV: invalid memory access"),
+            (libc::SIGABRT, "SIGABRT: it called abort, or a check of the C library failed"),
+            (libc::SIGFPE, "SIGFPE: invalid integer operation, such as a division by 0"),
+            (libc::SIGILL, "SIGILL: unsupported instruction"),
+            (libc::SIGBUS, "SIGBUS: invalid memory access"),
+            (libc::SIGKILL, "SIGKILL: another process killed it, or the system ran out of memory"),
         ];
         if let Some((_, name)) = known.iter().find(|(signal, _)| *signal == n) {
             return format!("signal {n} ({name})");

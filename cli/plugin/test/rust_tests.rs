@@ -1,5 +1,5 @@
-//! The tests of a crate: built by cargo, and run one by one, so that one that crashes or does not end keeps no other from
-//! running.
+//! Runs the tests of a crate: cargo builds them, and each runs in a separate process, so that a test that crashes or
+//! hangs does not affect the others.
 
 use std::{
     path::{Path, PathBuf},
@@ -16,10 +16,10 @@ use super::{
     process, tools,
 };
 
-/// How long cargo may take.
+/// Time limit for cargo.
 const LONG: Duration = Duration::from_secs(3600);
 
-/// Runs all tests of the crate in the folder, if it is one. Examples in its documentation are left to `cargo test`.
+/// Runs all tests of the crate in the folder, if there is one, except for doc tests, which only `cargo test` can run.
 pub fn run(folder: &Path, limit: Duration, out: &mut Outcomes) -> Result {
     let manifest = folder.join("Cargo.toml");
     if !manifest.is_file() {
@@ -53,14 +53,14 @@ pub fn run(folder: &Path, limit: Duration, out: &mut Outcomes) -> Result {
     Ok(())
 }
 
-/// A program with tests that cargo has built.
+/// A test program built by cargo.
 struct Program {
     file: PathBuf,
     source: PathBuf,
 }
 
 impl Program {
-    /// What a message of cargo tells of; `None`: of something else.
+    /// Returns the test program that a message of cargo reports, or `None` if it reports something else.
     fn of(message: &str, manifest: &Path) -> Option<Self> {
         let message: Value = serde_json::from_str(message).ok()?;
         let own = message["manifest_path"].as_str().is_some_and(|p| Path::new(p) == manifest);
@@ -70,7 +70,7 @@ impl Program {
         (own && is_test).then_some(program)
     }
 
-    /// As cargo runs it, with the host of this program.
+    /// Returns a command that runs the tests as cargo does, but with this program as the host of plugins.
     fn command(&self, folder: &Path) -> Command {
         let mut command = Command::new(&self.file);
         command.current_dir(folder).env("CARGO_MANIFEST_DIR", folder);
@@ -80,7 +80,7 @@ impl Program {
         command
     }
 
-    /// The names of its tests.
+    /// Returns the names of the program's tests.
     fn names(&self, folder: &Path, limit: Duration, which: &[&str]) -> Result<Vec<String>> {
         let listed = process::run(self.command(folder).args(["--list", "--format", "terse"]).args(which), limit)?;
         let names = listed.output.lines().filter_map(|l| l.strip_suffix(": test"));
@@ -88,7 +88,7 @@ impl Program {
     }
 }
 
-/// What a test said as it failed, between libtest's own lines, without the stack.
+/// Extracts the output of a failed test from that of libtest, without the backtrace.
 fn said(output: &str, name: &str) -> Option<String> {
     let begin = format!("---- {name} stdout ----");
     let (_, rest) = output.split_once(begin.as_str())?;

@@ -1,4 +1,4 @@
-//! Scenes as tests: each is run, and what goes wrong in it, or an assertion of its scripts, is a failure.
+//! Runs scenes as tests: an error during the run, such as a failed assertion in a script, is a failure.
 
 use std::{
     fs,
@@ -14,7 +14,7 @@ use super::{
     process, tools,
 };
 
-/// Steps of a scene that does not say how many.
+/// Default number of steps of a scene.
 const STEPS: u64 = 40;
 
 /// Runs all scenes of the folder.
@@ -31,22 +31,22 @@ pub fn run(folder: &Path, plugins: &[PathBuf], limit: Duration, out: &mut Outcom
         let text = fs::read_to_string(&scene).unwrap_or_default();
         let command = restart_command();
         let mut command =
-            command.map_err(|e| Error::new("E621", format!("where this program lies is unknown: {e}")))?;
+            command.map_err(|e| Error::new("E621", format!("the path of this program is unknown: {e}")))?;
         command.arg("run").arg(&scene).arg("--strict").arg("--steps").arg(steps(&text).to_string());
         let ended = process::run(command.current_dir(folder).env("TATU_PLUGIN_PATH", &path), limit)?;
         let why = process::bad_end(&ended, limit).or_else(|| match ended.status.and_then(|s| s.code()) {
-            // The summary: a plugin may end the process with this code.
+            // The summary must be present, since a plugin may end the process with exit code 0.
             Some(0) if ended.output.contains(", hash ") => None,
-            Some(0) => Some("the run did not come to its end".into()),
+            Some(0) => Some("the run ended early".into()),
             Some(2) => Some("the scene cannot be run".into()),
-            _ => Some("something went wrong in the run".into()),
+            _ => Some("the run reported errors".into()),
         });
         out.add(&tools::shown(folder, &scene), &name, why.into_iter().map(Failure::new).collect(), &ended.output);
     }
     Ok(())
 }
 
-/// The steps that a scene asks for by a comment, `# steps: 100`.
+/// Returns the number of steps that a scene requests in a comment, `# steps: 100`, or the default.
 fn steps(text: &str) -> u64 {
     let comment = |line: &str| line.trim().strip_prefix('#')?.trim().strip_prefix("steps:")?.trim().parse().ok();
     text.lines().find_map(comment).unwrap_or(STEPS)

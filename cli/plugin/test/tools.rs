@@ -1,4 +1,4 @@
-//! Compilers: what the environment says, or what the system has.
+//! Compilers, headers and files for tests.
 
 use std::{
     ffi::OsString,
@@ -9,7 +9,7 @@ use std::{
 use tatu_core::errors::{Error, Result};
 use tatu_plugin_api::safe::program_file;
 
-/// A call of the compiler for a source that makes a library of it.
+/// Returns a command that compiles a source file to a library, without the file and the output.
 pub fn compiler(folder: &Path, source: &Path) -> Result<Command> {
     let is_c = source.extension().is_some_and(|e| e == "c");
     let (variable, default, standard) = if is_c { ("CC", "cc", "-std=c11") } else { ("CXX", "c++", "-std=c++17") };
@@ -25,38 +25,38 @@ pub fn compiler(folder: &Path, source: &Path) -> Result<Command> {
     Ok(command)
 }
 
-/// The folder of the headers: the plugin's own SDK, what TATU_INCLUDE names, or what came with the program.
+/// Returns the folder of the headers: the plugin's SDK, TATU_INCLUDE, or a folder of the program.
 fn headers(folder: &Path) -> Result<PathBuf> {
     let mut places = vec![folder.join("sdk/include"), folder.join("include")];
     places.extend(std::env::var_os("TATU_INCLUDE").map(PathBuf::from));
     if let Some(home) = home() {
         places.extend([home.join("include"), home.join("../include"), home.join("../lib/tatu/include")]);
     }
-    // Where the program was built.
+    // In the source tree from which the program was built.
     places.push(Path::new(env!("CARGO_MANIFEST_DIR")).join("plugin-api/include"));
     places.into_iter().find(|place| place.join("tatu/test.h").is_file()).ok_or_else(|| {
         Error::new("E621", "the header tatu/test.h was not found")
-            .expected("it in `sdk/include` of the plugin, or beside the program")
+            .expected("the header in `sdk/include` of the plugin, or in `include` next to the program")
             .help("set TATU_INCLUDE to the folder that holds tatu.h")
     })
 }
 
-/// The folder of this program.
+/// Returns the folder of this program.
 pub fn home() -> Option<PathBuf> {
     program_file()?.parent().map(Path::to_owned)
 }
 
-/// Cargo, as what called us names it.
+/// Returns the program named by the variable CARGO, which cargo sets for its children; otherwise `cargo`.
 pub fn cargo() -> OsString {
     std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into())
 }
 
-/// The name of a library on this system.
+/// Returns the file name of a library on this system.
 pub fn library_name(stem: &str) -> String {
     format!("{}{stem}{}", std::env::consts::DLL_PREFIX, std::env::consts::DLL_SUFFIX)
 }
 
-/// Files of a folder with one of these suffixes, in order of their names; a folder that is not there has none.
+/// Returns the files in a folder with one of these suffixes, in order of their names; none if there is no such folder.
 pub fn files(folder: &Path, suffixes: &[&str]) -> Vec<PathBuf> {
     let is_one = |p: &PathBuf| p.is_file() && p.extension().is_some_and(|e| suffixes.iter().any(|s| e == *s));
     let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
@@ -65,7 +65,7 @@ pub fn files(folder: &Path, suffixes: &[&str]) -> Vec<PathBuf> {
     all
 }
 
-/// A path as tests are told by: from the plugin's folder.
+/// Returns a path for display, relative to the plugin's folder.
 pub fn shown(folder: &Path, path: &Path) -> String {
     path.strip_prefix(folder).unwrap_or(path).display().to_string()
 }

@@ -14,7 +14,7 @@ pub(super) struct Aabb {
 pub(super) const SLACK: f64 = 1e-9;
 
 /// Returns the minimum and the maximum coordinates of a form in the world frame, or `None` if the form is unbounded or
-/// they are not finite.
+/// its coordinates are not finite.
 pub fn bounds(form: &Form, pose: &Isometry3<f64>) -> Option<[Vector3<f64>; 2]> {
     let around = Aabb::of_form(form, pose).filter(Aabb::is_real)?;
     Some([around.low, around.high])

@@ -15,7 +15,7 @@ pub enum Volume {
         half_angle: f64,
     },
     /// A frustum between two rectangles perpendicular to +z and centred on it; the beam's near and far are their
-    /// heights. All points in it count, whatever their distance from the origin.
+    /// heights. All points in it count, regardless of their distance from the origin.
     Pyramid {
         /// Full size of the near end along x, in metres.
         x_near: f64,
@@ -45,12 +45,12 @@ pub enum Volume {
     },
 }
 
-/// The sides of surfaces that a beam sees. The front is the outside of a solid form.
+/// The sides of surfaces that count as hits. The front is the outside of a solid form.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Faces {
-    /// Whether surfaces that show their outside are seen.
+    /// Whether hits on the outside of a surface count.
     pub front: bool,
-    /// Whether surfaces that show their inside are seen.
+    /// Whether hits on the inside of a surface count.
     pub back: bool,
 }
 
@@ -81,16 +81,16 @@ pub struct Beam {
     pub far: f64,
     /// Maximum angle between the surface normal and the line of sight, in radians; pi/2 or more is no limit.
     pub max_incidence: f64,
-    /// Sides of surfaces that are seen.
+    /// Sides of surfaces that count.
     pub faces: Faces,
     /// A group to ignore, such as the model that carries the sensor.
     pub skip_group: Option<u32>,
-    /// If set, only this object is considered; others neither count nor occlude it.
+    /// If set, only this object is considered; other objects neither count nor occlude it.
     pub only_object: Option<u64>,
 }
 
 impl Beam {
-    /// Returns a ray to `far` metres that sees both sides and has no other limit.
+    /// Returns a ray with a range of `far` metres for which both sides count, without other limits.
     pub fn ray(world_from_beam: Isometry3<f64>, far: f64) -> Self {
         Self {
             world_from_beam,
@@ -104,16 +104,17 @@ impl Beam {
         }
     }
 
-    /// Returns a cone of `half_angle` radians to `far` metres that sees both sides and has no other limit.
+    /// Returns a cone of `half_angle` radians with a range of `far` metres for which both sides count, without other
+    /// limits.
     pub fn cone(world_from_beam: Isometry3<f64>, half_angle: f64, far: f64) -> Self {
         Self { volume: Volume::Cone { half_angle }, ..Self::ray(world_from_beam, far) }
     }
 }
 
-/// The nearest point that a beam sees.
+/// The nearest surface point that counts for a beam.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Hit {
-    /// Distance from the origin of the beam to the point, in metres; infinity if nothing is seen.
+    /// Distance from the origin of the beam to the point, in metres; infinity if there is no hit.
     pub distance: f64,
     /// The point, in the frame of the beam.
     pub point: Point3<f64>,
@@ -127,7 +128,7 @@ pub struct Hit {
 }
 
 impl Hit {
-    /// The result if nothing is seen. The other fields are zero.
+    /// The result if there is no hit: an infinite distance; all other fields are zero.
     pub const NONE: Self = Self {
         distance: f64::INFINITY,
         point: Point3::new(0.0, 0.0, 0.0),
@@ -136,7 +137,7 @@ impl Hit {
         primitive: 0,
     };
 
-    /// Returns whether something is seen.
+    /// Returns whether there is a hit.
     pub fn is_some(&self) -> bool {
         self.distance < f64::INFINITY
     }

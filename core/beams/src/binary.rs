@@ -1,4 +1,4 @@
-//! The binary tree from which a tree of boxes is made; items are split where the expected traversal cost is lowest.
+//! The binary tree from which a tree of boxes is built; items are split where the expected traversal cost is lowest.
 
 use nalgebra::Vector3;
 

@@ -1,7 +1,7 @@
 //! Candidate targets shared by beams that start at nearly the same point.
 //!
-//! Without them, each cone of a robot's ring of sonars would descend the whole tree to the same few targets. The tree
-//! is traversed once for all of them, and each cone is tested against those few.
+//! Without them, each cone of a robot's ring of sonars would descend the whole tree to the same few targets. Instead,
+//! the tree is traversed once for a group of beams, and each beam is tested against the targets that were found.
 
 use arrayvec::ArrayVec;
 
@@ -27,19 +27,19 @@ pub(super) struct Candidates {
     targets: ArrayVec<u32, MOST>,
 }
 
-/// Returns a region that contains everything a beam can see, or `None` for other volumes and if the far limit is not
-/// finite.
+/// Returns a region that contains everything within the range of a ray or cone, or `None` for other volumes, or if the
+/// far limit is not finite.
 fn space(beam: &Beam) -> Option<Aabb> {
     let is_ball = matches!(beam.volume, Volume::Ray | Volume::Cone { .. });
     let origin = &beam.world_from_beam.translation.vector;
-    // Queries of the tree use a tolerance too.
+    // Queries of the tree also use a tolerance.
     let reach = beam.far + 2.0 * SLACK;
     let space = Aabb { low: origin.add_scalar(-reach), high: origin.add_scalar(reach) };
     (is_ball && space.is_real()).then_some(space)
 }
 
-/// Returns how many of the first beams start at nearly the same point and skip the same group, and the region they
-/// search; or `None` if they are too few.
+/// Returns the number of beams from the first on that start at nearly the same point and skip the same group, and the
+/// region that they search; or `None` if there are too few.
 pub(super) fn group(beams: &[Beam]) -> Option<(usize, Aabb)> {
     let first = beams.first()?;
     let mut all = space(first)?;
@@ -59,7 +59,7 @@ pub(super) fn group(beams: &[Beam]) -> Option<(usize, Aabb)> {
 }
 
 impl Candidates {
-    /// Returns the wanted targets in a region, or `None` if they are too many.
+    /// Returns the wanted targets in a region, or `None` if there are too many.
     pub fn of(tree: &Tree, boxes: &[Aabb], space: &Aabb, wanted: impl Fn(u32) -> bool) -> Option<Self> {
         let mut targets = ArrayVec::new();
         if !tree.within(space, |target| !wanted(target) || targets.try_push(target).is_ok()) {

@@ -3,9 +3,9 @@
 //! At a given angle around the axis of the cylinder the surface is a straight line, and its nearest point that counts
 //! has a closed form. Over an interval of angles the surface lies within a known offset of a flat strip; the nearest
 //! point of that strip in a cone widened by the offset, minus the offset, is a lower bound. Intervals whose bound is
-//! not below the best point so far are dropped, the others halved. The offset falls with the square of the width, so
-//! only a handful of intervals remains at each level, and dropped intervals cannot contain a nearer point: the result
-//! is the global minimum to within [`TOLERANCE`].
+//! not below the best point so far are dropped, and all others are halved. The offset falls with the square of the
+//! width, so only a handful of intervals remains at each level, and dropped intervals cannot contain a nearer point:
+//! the result is the global minimum to within [`TOLERANCE`].
 //!
 //! The common case, a convex cone and a solid seen from outside, is settled beforehand by a tangent plane
 //! ([`CylinderSide::proven`]).
@@ -24,8 +24,8 @@ use super::{
 const TOLERANCE: f64 = 2e-10;
 /// Maximum distance of the point of a proof from the line of contact, as a fraction of the radius.
 const PROVEN: f64 = 1e-10;
-/// Maximum number of intervals per level. More means that a whole stretch is equally near (for example, the apex is on
-/// the axis): the search then stops, and the samples, which are dense by then, decide.
+/// Maximum number of intervals per level. A larger number means that a whole stretch is equally near (for example, the
+/// apex is on the axis): the search then stops, and the nearest of the samples, which are dense by then, is the result.
 const WIDEST: usize = 256;
 /// Maximum number of halvings, after which the samples are closer than rounding.
 const DEEPEST: usize = 44;
@@ -41,7 +41,7 @@ pub(super) struct CylinderSide {
 /// A point of the side: its distance, its position relative to the apex, and its outward normal.
 pub(super) type OnCylinderSide = (f64, Vector3<f64>, Vector3<f64>);
 
-/// What tangent planes prove about a convex solid.
+/// The result of a proof by tangent planes of a convex solid.
 pub(super) enum Proof {
     /// No point of the solid counts.
     Nothing,
@@ -52,10 +52,10 @@ pub(super) enum Proof {
 }
 
 impl CylinderSide {
-    /// Creates a side. With `skip_back`, back faces are skipped, because something nearer always covers them.
+    /// Creates a side. With `skip_back`, back faces are skipped, because a nearer surface always covers them.
     pub fn new(cone: &Cone, radius: f64, half_length: f64, skip_back: bool) -> Self {
         let mut cone = *cone;
-        // Slightly farther, so that a best distance known from elsewhere never changes the course of the search.
+        // The range is slightly larger, so that a limit from another target never changes the course of the search.
         cone.sight.far += 2.0 * TOLERANCE;
         Self { cone, radius, half_length, skip_back }
     }
@@ -130,8 +130,8 @@ impl CylinderSide {
                 let nearest = Proof::Nearest((bound, point, normal));
                 return if on_side { nearest } else { Proof::Open };
             }
-            // The value at an end that is kept twice in a row is halved (Illinois variant), since plain false position
-            // converges slowly.
+            // The value at an end that is retained twice in a row is halved (Illinois variant), since plain false
+            // position converges slowly.
             if beside > 0.0 {
                 at_high = at_high.map(|x: f64| if went_up { 0.5 * x } else { x });
                 (low, at_low, went_up) = (angle, Some(beside), true);
@@ -143,7 +143,8 @@ impl CylinderSide {
         Proof::Open
     }
 
-    /// Returns the ranges of angles whose surface shows its front, and its back, to the apex.
+    /// Returns the range of angles at which the surface shows its front to the apex, and that at which it shows its
+    /// back.
     fn arcs(&self) -> [Option<(f64, f64)>; 2] {
         let Sight { origin, faces, .. } = &self.cone.sight;
         let away = crate::length(origin.x, origin.y);

@@ -1,8 +1,8 @@
 //! Sensor beams against the detectable surfaces of the scene, independent of the physics engine.
 //!
 //! The crate contains the geometry of rays and volume beams against every [`Form`](tatu_geometry::Form), and the trees
-//! that make casting fast. Other crates decide what a sensor derives from a hit, and which objects are detectable.
-//! Begin with [`BeamScene`]; the geometry of a cone and a flat face is in `planar`.
+//! that accelerate casting. Other crates decide what a sensor derives from a hit, and which objects are detectable.
+//! Start with [`BeamScene`]; the geometry of a cone and a flat face is in `planar`.
 //!
 //! ```
 //! use nalgebra::Isometry3;

@@ -14,7 +14,7 @@ use super::{
     triangle::{Triangle, triangle},
 };
 
-/// A mesh prepared for beams. Triangles without area, or with corners that are missing or not finite, are left out.
+/// A mesh prepared for beams. Degenerate triangles, and triangles with missing or non-finite corners, are left out.
 #[derive(Debug)]
 pub(super) struct MeshTree {
     /// Triangles, in the order of the tree's leaves.
@@ -23,7 +23,7 @@ pub(super) struct MeshTree {
     pub aabb: Aabb,
     /// The tree for bundles of rays.
     pub packets: PacketTree,
-    /// The clusters for images, built for the first one.
+    /// The clusters for images, built when the first image is rendered.
     pub clusters: OnceLock<Clusters>,
 }
 

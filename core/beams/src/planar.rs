@@ -245,7 +245,7 @@ pub(super) fn quadratic(a: f64, b: f64, c: f64) -> [Option<f64>; 2] {
     if discriminant < -noise || discriminant.is_nan() {
         return [None, None];
     }
-    // This form never subtracts nearly equal numbers.
+    // This form avoids cancellation.
     let q = -0.5 * (b + discriminant.max(0.0).sqrt().copysign(b));
     let finite = |x: f64| x.is_finite().then_some(x);
     [finite(q / a), finite(c / q)]

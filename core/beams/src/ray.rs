@@ -38,7 +38,7 @@ pub(super) fn cast(sight: &Sight, form: &Form) -> Option<Found> {
 
 /// Returns the distance at which a ray from the origin crosses a triangle.
 ///
-/// Neighbouring triangles compute the sign for a shared edge from the same numbers, so no ray slips between them.
+/// Neighbouring triangles compute the sign for a shared edge from the same values, so no ray slips between them.
 pub(super) fn triangle(axis: &Vector3<f64>, corners: &[Vector3<f64>; 3], normal: &Vector3<f64>) -> Option<f64> {
     let [a, b, c] = corners;
     let sides = [axis.dot(&a.cross(b)), axis.dot(&b.cross(c)), axis.dot(&c.cross(a))];
@@ -46,7 +46,7 @@ pub(super) fn triangle(axis: &Vector3<f64>, corners: &[Vector3<f64>; 3], normal:
     crossed.then(|| normal.dot(a) / normal.dot(axis))
 }
 
-/// Takes a crossing at distance `t`, if it counts and is nearer.
+/// Stores a crossing at distance `t` in `best`, if it counts and is nearer.
 pub(super) fn offer(best: &mut Option<Found>, sight: &Sight, t: f64, normal: Vector3<f64>, primitive: u32) {
     let slope = normal.dot(&sight.axis);
     if t >= sight.near && t <= sight.far && sight.sees_side(slope) && slope.abs() >= sight.cos_incidence {

@@ -32,7 +32,7 @@ pub struct Target {
     pub form: Form,
     /// Red, green and blue, each 0 to 1, as rendered in full light.
     pub color: [f32; 3],
-    /// The image on it, in the frame of the form.
+    /// The texture of the form, in its frame.
     pub texture: Option<Arc<Texture>>,
 }
 
@@ -167,7 +167,7 @@ impl BeamScene {
     /// # Panics
     /// If the lengths differ.
     pub fn cast(&self, beams: &[Beam], hits: &mut [Hit]) {
-        assert_eq!(beams.len(), hits.len(), "each beam needs a place for its hit");
+        assert_eq!(beams.len(), hits.len(), "`hits` must have one element per beam");
         if beams.len() <= CHUNK {
             return self.cast_here(beams, hits);
         }
@@ -212,7 +212,7 @@ impl BeamScene {
         best.map_or(Hit::NONE, |(found, index)| self.hit(beam, &found, index as usize))
     }
 
-    /// Updates `best` with the nearest point that one piece of a beam sees.
+    /// Updates `best` with the nearest point that counts for one piece of a beam.
     fn cast_probe(&self, beam: &Beam, probe: &Probe, near: Option<&Candidates>, best: &mut Option<(Found, u32)>) {
         let mut limit = best.as_ref().map_or(probe.far(), |(found, _)| found.distance.min(probe.far()));
         let mut visit = |index: u32, limit: f64| {

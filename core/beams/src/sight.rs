@@ -10,12 +10,12 @@ use super::beam::Faces;
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Sight {
     pub origin: Point3<f64>,
-    /// Unit vector.
+    /// Direction of the beam, a unit vector.
     pub axis: Vector3<f64>,
     pub near: f64,
     /// Maximum distance, lowered to the nearest hit so far; points at exactly this distance still count.
     pub far: f64,
-    /// Cosine of the maximum incidence; 0: no limit.
+    /// Cosine of the maximum incidence; 0 is no limit.
     pub cos_incidence: f64,
     pub faces: Faces,
 }
@@ -29,7 +29,7 @@ pub(super) struct Cone {
     pub sin: f64,
 }
 
-/// A hit, relative to the origin of the sight. The normal is the form's outward one.
+/// A hit, relative to the origin of the sight. The normal is the outward normal of the form.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Found {
     pub distance: f64,
@@ -85,12 +85,12 @@ impl Cone {
         Self { sight: self.sight.in_form(world_from_form, far), ..*self }
     }
 
-    /// Returns whether the cone is wider than a half space, and so not convex.
+    /// Returns whether the cone is wider than a half-space, and therefore not convex.
     pub fn wide(&self) -> bool {
         self.half_angle > FRAC_PI_2
     }
 
-    /// Returns whether the direction of `p` is in the cone. The apex itself is.
+    /// Returns whether the direction of `p` is in the cone, which includes the apex.
     pub fn contains(&self, p: &Vector3<f64>) -> bool {
         let along = self.sight.axis.dot(p);
         if !self.wide() && along < 0.0 {

@@ -1,4 +1,4 @@
-//! Selection of the SIMD level of the processor, once. The same code is compiled for each level.
+//! Selection of the SIMD level of the processor, once per process. The same code is compiled for each level.
 //!
 //! Every level gives the same bits: all operations are rounded individually (no fused multiply-add), lanes are
 //! independent, and minima and maxima are computed by comparisons, which define the results for signed zeros and NaN.
@@ -55,13 +55,13 @@ macro_rules! dispatch {
 }
 pub(crate) use dispatch;
 
-/// Returns the smaller number of each pair; the second one if either is NaN.
+/// Returns the smaller value of each pair; the second one if either is NaN.
 #[inline(always)]
 pub(super) fn least<S: Simd, T: SimdFloat<S>>(a: T, b: T) -> T {
     a.simd_lt(b).select(a, b)
 }
 
-/// Returns the greater number of each pair; the second one if either is NaN.
+/// Returns the greater value of each pair; the second one if either is NaN.
 #[inline(always)]
 pub(super) fn greatest<S: Simd, T: SimdFloat<S>>(a: T, b: T) -> T {
     a.simd_gt(b).select(a, b)

@@ -174,7 +174,8 @@ fn with_side(cone: &Cone, radius: f64, half_length: f64, least: f64, ends: Optio
     Found::nearer(side.nearest().map(on_side), ends)
 }
 
-/// Returns whether each surface point that faces away is hidden by a nearer one on the same line of sight that counts.
+/// Returns whether each surface point that faces away is hidden by a nearer point that counts on the same line of
+/// sight.
 ///
 /// This holds for a solid at distance `least` > 0, unless a limit may exclude the nearer point.
 fn covered(cone: &Cone, least: f64) -> bool {

@@ -31,7 +31,7 @@ pub(super) struct Quad {
 impl Quad {
     const EMPTY: Self = Quad { low: [[0.0; 4]; 3], high: [[0.0; 4]; 3], first: [0; 4], count: [0; 4], lanes: 0 };
 
-    /// Makes a quad of up to four boxes, one for each item from `first` on.
+    /// Builds a quad of up to four boxes, one for each item from `first` on.
     pub fn of_items<'a>(first: u32, boxes: impl Iterator<Item = &'a Aabb>) -> Self {
         let mut quad = Quad::EMPTY;
         for (lane, aabb) in boxes.enumerate() {
@@ -270,8 +270,8 @@ impl Tree {
         self.area > 1.5 * self.built_area
     }
 
-    /// Calls `visit` with each item whose leaf's box overlaps a region, until one call returns false. Returns whether
-    /// none did.
+    /// Calls `visit` with each item whose leaf's box overlaps a region, until a call returns `false`. Returns whether
+    /// all calls returned `true`.
     pub fn within(&self, space: &Aabb, mut visit: impl FnMut(u32) -> bool) -> bool {
         let mut stack = ArrayVec::<u32, STACK>::new();
         stack.extend((!self.quads.is_empty()).then_some(0));

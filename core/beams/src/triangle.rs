@@ -45,7 +45,7 @@ impl Triangle {
     }
 }
 
-/// Returns a triangle of a mesh, or `None` if it has no area, or a corner is missing or not finite.
+/// Returns a triangle of a mesh, or `None` if it is degenerate, or if a corner is missing or not finite.
 pub(super) fn triangle(mesh: &Mesh, index: usize) -> Option<Triangle> {
     let mut corners = [Vector3::zeros(); 3];
     for (corner, vertex) in corners.iter_mut().zip(mesh.triangles[index]) {

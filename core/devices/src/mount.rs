@@ -1,4 +1,4 @@
-//! Mounts of devices: the nearest dynamic shape above a device, and the nearest joint in between.
+//! Mounts of devices: the nearest dynamic shape above a device, and the nearest joint between the two.
 
 use nalgebra::{Isometry3, Vector3};
 use tatu_physics::{BodyId, Engine, JointId, JointState, Push};
@@ -8,7 +8,7 @@ use tatu_scene::{Data, Dynamics, JointType, Scene};
 pub(crate) struct Motion {
     pub pose: Isometry3<f64>,
     pub twist: [f64; 6],
-    /// Position and velocity of its joint; zeros if it has none.
+    /// Position and velocity of the mount's joint; zeros if it has no joint.
     pub joint: [f64; 2],
 }
 
@@ -22,25 +22,26 @@ struct Hinge {
     frame_in_a: Isometry3<f64>,
 }
 
-/// The place where a device is attached. It is rebuilt for each advance, since objects may have been moved or
-/// reparented.
+/// The attachment of a device to a body and a joint. It is rebuilt for each advance, since objects may have been moved
+/// or reparented.
 pub(crate) struct Mount {
-    /// The body that it is attached to.
+    /// The body that the device is attached to.
     carrier: Option<BodyId>,
     hinge: Option<Hinge>,
     /// Position and velocity of a joint that the engine does not move.
     still: [f64; 2],
-    /// Transform from the carrier (or the world) to the joint, or to the device itself if no joint of the engine is
-    /// in between.
+    /// Transform from the carrier (or the world) to the joint, or to the device itself if there is no joint of the
+    /// engine between them.
     to_joint: Isometry3<f64>,
     /// Transform from the moving frame of that joint to the device.
     from_joint: Isometry3<f64>,
-    /// Velocity if no body carries it, derived from its last motion.
+    /// Velocity of a device that no body carries, derived from its last motion.
     twist: [f64; 6],
 }
 
 impl Mount {
-    /// Finds the mount of an object. The engine must be in sync with the scene.
+    /// Finds the mount of an object. The engine must be in sync with the scene. `twist` returns the velocity of an
+    /// object that no body carries.
     pub fn of(scene: &Scene, dynamics: &Dynamics, slot: u32, twist: impl Fn(u32) -> [f64; 6]) -> Mount {
         let world = scene.world(slot);
         let (mut joint, mut carrier) = (None, None);
@@ -124,7 +125,7 @@ impl Mount {
         match self.hinge {
             _ if effort == 0.0 => {}
             Some(h) => h.push(engine, effort, out),
-            None => lacks = Err("it has no dynamic joint above it, nearer than a dynamic shape"),
+            None => lacks = Err("it has no dynamic joint between it and the nearest dynamic shape above it"),
         }
         lacks
     }

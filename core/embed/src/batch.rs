@@ -1,4 +1,4 @@
-//! Many worlds on several threads, each of which owns a fixed part of them.
+//! Many worlds on several threads; each thread owns a fixed share of them.
 
 use std::{
     panic::{AssertUnwindSafe, catch_unwind},
@@ -17,7 +17,7 @@ use crate::{
 
 type Owned = Vec<Option<Seat>>;
 
-/// A number of worlds. What is done with each of them does not depend on the number of threads.
+/// A set of worlds. The results of each world do not depend on the number of threads.
 pub struct Batch {
     workers: Vec<Worker>,
     count: usize,
@@ -27,16 +27,16 @@ pub struct Batch {
 struct Worker {
     line: Arc<Line<Owned>>,
     thread: Option<JoinHandle<()>>,
-    /// Number of its first world.
+    /// Index of the first world of this thread.
     first: usize,
 }
 
 impl Batch {
-    /// Makes a world of each setup, on up to `threads` threads. Setups whose documents are equal share one, and all
-    /// share their plugins.
+    /// Creates a world from each setup, on up to `threads` threads. Consecutive equal setups share a document, and all
+    /// worlds share the plugins of the first setup.
     ///
     /// # Errors
-    /// Of the world with the lowest number that cannot be made.
+    /// `setups` is empty, or a world cannot be created; the error is that of the world with the lowest index.
     pub fn open(setups: Vec<Setup>, threads: usize) -> Result<Self> {
         let count = setups.len();
         let Some(first) = setups.first() else {
@@ -67,7 +67,7 @@ impl Batch {
         for _ in 0..workers.len() {
             wrong.extend(told.recv().ok().flatten());
         }
-        // From here on the worlds are ended when this is dropped.
+        // From here on, dropping the batch ends the worlds.
         let batch = Batch { workers, count, process: process::id() };
         engine.end();
         failed?;
@@ -82,11 +82,12 @@ impl Batch {
         self.count
     }
 
-    /// Calls `f` with each world, its number and its own element of `out`, on the threads of the worlds, and waits until
-    /// all are done.
+    /// Calls `f` with the index of each world, the world and its own element of `out`, on the threads of the worlds,
+    /// and waits until all calls have returned.
     ///
     /// # Errors
-    /// Of the world with the lowest number for which `f` failed; all others are done nevertheless.
+    /// `f` failed for a world; the error is that of the world with the lowest index. `f` is called for all worlds
+    /// nevertheless.
     pub fn each<O: Send>(&self, out: &mut [O], f: impl Fn(usize, &mut Seat, &mut O) -> Result + Sync) -> Result {
         if self.process != process::id() {
             return Err(of_another_process(self.process));
@@ -109,14 +110,14 @@ impl Batch {
             .collect();
         drop(posted);
         drop(calls);
-        // Each part notes the first failure among its worlds, and the parts are in order.
+        // Each part records the first failure among its worlds, and the parts are in the order of the worlds.
         jobs.into_iter().find_map(|(_, part)| part.wrong).map_or(Ok(()), Err)
     }
 
-    /// Calls `f` with one world, and waits for it.
+    /// Calls `f` with one world, on its thread, and waits for the result.
     ///
     /// # Errors
-    /// What `f` returns; or there is no such world.
+    /// `f` failed, or there is no such world.
     pub fn one<T: Send>(&self, world: usize, f: impl FnOnce(&mut Seat) -> Result<T> + Send) -> Result<T> {
         if self.process != process::id() {
             return Err(of_another_process(self.process));
@@ -140,7 +141,7 @@ fn none(world: usize, count: usize) -> Error {
         .expected(format!("a number from 0 to {}", count.saturating_sub(1)))
 }
 
-/// A thread's part of what is done with all worlds.
+/// The share of one thread in a call of [`Batch::each`].
 struct Part<'a, O, F> {
     out: &'a mut [O],
     first: usize,
@@ -161,7 +162,7 @@ impl<O, F: Fn(usize, &mut Seat, &mut O) -> Result> Part<'_, O, F> {
     }
 }
 
-/// A thread's life: makes its worlds, does what is asked of it, ends them.
+/// The body of a thread: creates its worlds, serves the calls of the batch, then ends the worlds.
 fn work(
     setups: Vec<Setup>,
     engine: &Engine,
@@ -171,12 +172,11 @@ fn work(
 ) {
     let mut owned: Owned = Vec::new();
     let mut wrong = None;
-    // The document that the last world was made from, and its changes.
+    // The engine and the setup of the previous world.
     let mut last: Option<(Engine, Setup)> = None;
     for (n, setup) in setups.into_iter().enumerate() {
-        let same = |a: &Setup| a.seed == setup.seed && a.set == setup.set;
         let own = match &last {
-            Some((engine, of)) if same(of) => Ok(engine.clone()),
+            Some((engine, of)) if *of == setup => Ok(engine.clone()),
             _ => guarded(|| engine.reload(&setup)),
         };
         let made = own.and_then(|own| {

@@ -1,4 +1,4 @@
-//! A world on a thread of its own, which any thread may use.
+//! A world on a thread of its own that any thread may use.
 
 use std::{
     any::Any,
@@ -15,22 +15,22 @@ use tatu_core::{
 
 use crate::{Engine, Seat, Setup, line::Line};
 
-/// Stack of a world's thread, bytes: as the main thread of a process has, because scripts and importers nest.
+/// Stack size of a world's thread, bytes. It is that of a process's main thread, because scripts and importers recurse.
 pub(crate) const STACK: usize = 8 << 20;
 
-/// A world that any thread may use, one at a time; the others wait.
+/// A world that any thread may use. Calls from several threads take turns.
 pub struct Host {
     line: Arc<Line<Option<Seat>>>,
     thread: Option<JoinHandle<()>>,
-    /// The process that made it. A copy of the process by `fork` lacks the thread.
+    /// Id of the process that created the world. A copy of the process made by `fork` lacks the thread.
     process: u32,
 }
 
 impl Host {
-    /// Makes a world and starts it.
+    /// Creates a world and starts it.
     ///
     /// # Errors
-    /// The scene, a plugin or a change is invalid, or the system gives no thread.
+    /// The scene, a plugin or a change is invalid, or the system cannot start a thread.
     pub fn open(setup: Setup) -> Result<Self> {
         Self::start(move || {
             let engine = Engine::load(&setup)?;
@@ -38,10 +38,10 @@ impl Host {
         })
     }
 
-    /// Makes a world in the same state as another one, which goes on by itself.
+    /// Creates an independent world in the same state as this one.
     ///
     /// # Errors
-    /// The state cannot be captured completely, or the world cannot be made.
+    /// The state cannot be captured completely, or the world cannot be created.
     pub fn fork(&self) -> Result<Self> {
         let (setup, engine, snapshot) =
             self.with(|seat| Ok((seat.setup().clone(), seat.engine().clone(), seat.snapshot()?)))?;
@@ -75,11 +75,11 @@ impl Host {
         Ok(Host { line, thread: Some(thread), process: process::id() })
     }
 
-    /// Has the world's thread do something with it, and waits for the result.
+    /// Calls `f` with the world, on the world's thread, and waits for the result.
     ///
     /// # Errors
-    /// What `f` returns; the process is a copy of the one that made the world; or `f` panicked, which is a bug of the
-    /// simulator: the world is lost then.
+    /// `f` failed; the process is a forked copy of the one that created the world; or `f` panicked, which is a bug in
+    /// the simulator and makes the world unusable.
     pub fn with<T: Send>(&self, f: impl FnOnce(&mut Seat) -> Result<T> + Send) -> Result<T> {
         if self.process != process::id() {
             return Err(of_another_process(self.process));
@@ -96,7 +96,7 @@ impl Host {
 impl Drop for Host {
     fn drop(&mut self) {
         let Some(thread) = self.thread.take() else { return };
-        // In a copy of the process there is no thread to end.
+        // A forked copy of the process has no thread to end.
         if self.process == process::id() {
             self.line.end(thread.thread());
             let _ = thread.join();
@@ -104,8 +104,8 @@ impl Drop for Host {
     }
 }
 
-/// Does something with a world. If that panics, the world is lost: its parts may be inconsistent, so nothing is called in
-/// it any more.
+/// Calls `f` with a world. If `f` panics, the world is lost: its parts may be inconsistent, so it is neither used nor
+/// dropped afterwards.
 pub(crate) fn in_seat<T>(seat: &mut Option<Seat>, f: impl FnOnce(&mut Seat) -> Result<T>) -> Result<T> {
     let Some(own) = seat.as_mut() else { return Err(lost()) };
     catch_unwind(AssertUnwindSafe(|| f(own))).unwrap_or_else(|payload| {
@@ -114,29 +114,29 @@ pub(crate) fn in_seat<T>(seat: &mut Option<Seat>, f: impl FnOnce(&mut Seat) -> R
     })
 }
 
-/// Starts a thread that worlds live on.
+/// Starts a thread that owns worlds.
 pub(crate) fn spawn(name: &str, run: impl FnOnce() + Send + 'static) -> Result<JoinHandle<()>> {
     let run = move || {
         take_plain_locale();
         run();
     };
     let thread = thread::Builder::new().name(name.into()).stack_size(STACK).spawn(run);
-    thread.map_err(|e| Error::new("E401", format!("cannot start a thread for a world: {e}")).help("make fewer worlds"))
+    thread.map_err(|e| Error::new("E401", format!("cannot start a thread for a world: {e}")).help("open fewer worlds"))
 }
 
-/// Gives this thread the plain rounding and the plain locale, whatever those of the process are: with a decimal comma,
-/// scripts would read and write other numbers.
+/// Sets the default rounding mode and the `C` locale for this thread, whatever those of the process are. In a locale
+/// with a decimal comma, scripts would read and write numbers differently.
 #[cfg(unix)]
 pub(crate) fn take_plain_locale() {
-    // Threads inherit the rounding of the one that starts them.
+    // A thread inherits the rounding mode of the thread that starts it.
     guard::take_plain_mode();
-    /// The locale, as a number because a pointer cannot be shared; it is kept until the process ends.
+    /// Address of the locale, as an integer because raw pointers are not `Sync`. The locale is never freed.
     static PLAIN: OnceLock<usize> = OnceLock::new();
-    // SAFETY: the name is a text, and null asks for a new locale.
+    // SAFETY: the name is a C string, and a null base requests a new locale.
     let make = || unsafe { libc::newlocale(libc::LC_ALL_MASK, c"C".as_ptr(), std::ptr::null_mut()) };
     let plain = *PLAIN.get_or_init(|| make().expose_provenance());
     if plain != 0 {
-        // SAFETY: a locale that was made by `newlocale` and is never freed.
+        // SAFETY: the locale was created by `newlocale` and is never freed.
         unsafe { libc::uselocale(std::ptr::with_exposed_provenance_mut(plain)) };
     }
 }
@@ -148,18 +148,18 @@ pub(crate) fn guarded<T>(f: impl FnOnce() -> Result<T>) -> Result<T> {
     catch_unwind(AssertUnwindSafe(f)).unwrap_or_else(|payload| Err(bug(&*payload)))
 }
 
-/// The error for a panic.
+/// Returns the error for a panic with this payload.
 fn bug(payload: &(dyn Any + Send)) -> Error {
     let why = payload.downcast_ref::<String>().map(String::as_str).or(payload.downcast_ref::<&str>().copied());
-    let text = format!("the simulator failed: {}", why.unwrap_or("without a text"));
+    let text = format!("the simulator panicked: {}", why.unwrap_or("no message"));
     Error::new("E405", text).help("this is a bug in the simulator: please report it, with the scene")
 }
 
 fn lost() -> Error {
-    Error::new("E405", "the world no longer exists: it was closed, or lost by a bug").help("make a new one")
+    Error::new("E405", "the world no longer exists: it was closed, or lost due to a bug").help("create a new world")
 }
 
 pub(crate) fn of_another_process(process: u32) -> Error {
-    let text = format!("the world belongs to process {process}, of which this one is a copy: it has no threads here");
-    Error::new("E406", text).help("make worlds after `fork`, or start processes by `spawn`")
+    let text = format!("the world belongs to process {process}; this process is a copy that lacks the world's thread");
+    Error::new("E406", text).help("create worlds after `fork`, or start processes with `spawn`")
 }

@@ -1,16 +1,17 @@
-//! The simulator inside another program: an interpreter, a C program, a test.
+//! The simulator embedded in another program: an interpreter, a C program, a test.
 //!
-//! - [`search`]: where plugins and models are found; `restart`: starting this program again;
-//! - [`Setup`]: what a world is made of, and [`Seat`]: a world with what it was made of;
-//! - [`Host`]: a world on a thread of its own, which any thread may use; [`Batch`]: many worlds on several threads;
-//! - `line`: how work is handed to such a thread;
-//! - [`sweep`]: many runs that differ in parameters and seeds, each of which gives a row;
-//! - [`picture`]: what a camera of a world sees.
+//! - [`search`]: locates plugins and models; `restart`: starts this program again;
+//! - [`Setup`]: the inputs from which a world is built; [`Seat`]: a world together with these inputs;
+//! - [`Host`]: a world on a thread of its own that any thread may use; [`Batch`]: many worlds on several threads;
+//! - `line`: hands work to such a thread;
+//! - [`sweep`]: many runs that differ in parameters and seeds, each of which produces a row;
+//! - [`picture`]: renders what a camera of a world sees.
 //!
-//! A world belongs to the thread that made it: this is part of the contract with plugins. So a world that several
-//! threads of the program use needs a thread of its own, to which their calls are handed.
+//! A world belongs to the thread that created it: this is part of the contract with plugins. A world that several
+//! threads of the program use therefore needs a thread of its own, to which their calls are handed.
 //!
-//! As a guest in a process it installs no signal handler and no exit hook, and never ends the process.
+//! The simulator is a guest in the process: it installs no signal handler and no exit hook, and never exits the
+//! process.
 
 mod batch;
 mod host;

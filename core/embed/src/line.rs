@@ -1,7 +1,7 @@
-//! Handing work to a thread, and waiting until it is done.
+//! Hands work to a thread and waits until it is done.
 //!
-//! A step takes 10 to 200 us, and waking a thread about 10: so who waits looks for a while before it sleeps, as long as
-//! no more threads look or work than there are processors.
+//! A step takes 10 to 200 us, and waking a thread about 10 us. A waiting thread therefore spins for a while before it
+//! sleeps, provided that no more threads spin or work than there are processors.
 
 use std::{
     cell::UnsafeCell,
@@ -16,17 +16,17 @@ use std::{
     time::{Duration, Instant},
 };
 
-/// No work has been posted, or it was taken back.
+/// No work is posted.
 const FREE: u32 = 0;
-/// Work is waiting, or being done.
+/// Work is posted, and waits for the thread or is being done.
 const POSTED: u32 = 1;
-/// It is done, and the caller may go on.
+/// The work is done, and the caller may continue.
 const DONE: u32 = 2;
 
-/// How long a thread looks for new work after the last, and a caller for the end of its own.
+/// How long a thread spins for new work, and a caller for the end of its work, before they sleep.
 const LOOKS: Duration = Duration::from_micros(300);
 
-/// Threads that work or look, in this process.
+/// Number of threads in this process that work or spin.
 static BUSY: AtomicUsize = AtomicUsize::new(0);
 
 fn processors() -> usize {
@@ -34,7 +34,7 @@ fn processors() -> usize {
     *COUNT.get_or_init(|| thread::available_parallelism().map_or(1, usize::from))
 }
 
-/// Waits until `ready`: looks for a while, then sleeps until it is unparked.
+/// Waits until `ready` returns true: spins for a while, then parks the thread.
 fn wait(ready: impl Fn() -> bool) {
     if BUSY.fetch_add(1, Relaxed) < processors() {
         let since = Instant::now();
@@ -54,39 +54,38 @@ fn wait(ready: impl Fn() -> bool) {
     }
 }
 
-/// What a thread that owns a `T` is to do.
+/// A job for a thread that owns a `T`.
 type Job<'a, T> = dyn FnMut(&mut T) + Send + 'a;
 
-/// Work that is posted.
+/// Posted work.
 struct Work<T> {
-    /// `None` ends the thread.
+    /// The job; `None` ends [`Line::serve`].
     job: Option<*mut Job<'static, T>>,
-    /// Who waits for it.
+    /// The thread that waits for the work.
     caller: Thread,
 }
 
-/// The line between callers and one thread.
+/// A channel through which callers hand jobs to one thread.
 pub struct Line<T> {
     state: AtomicU32,
-    /// Written by the caller while `FREE`, read by the thread while
-    /// `POSTED`.
+    /// Written by the caller while `FREE`, read by the thread while `POSTED`.
     posted: UnsafeCell<Option<Work<T>>>,
-    /// Held by the caller from posting to the end.
+    /// Held by the caller from posting the work until it is done.
     turn: Mutex<()>,
 }
 
-// SAFETY: `posted` is used by one thread at a time, as its comment says; `state` passes it on. The job is `Send`.
+// SAFETY: `posted` is used by one thread at a time, as its comment states; `state` hands it over. The job is `Send`.
 unsafe impl<T> Send for Line<T> {}
 // SAFETY: as above; callers take turns.
 unsafe impl<T> Sync for Line<T> {}
 
 impl<T> Line<T> {
-    /// A line without work.
+    /// Creates a line without work.
     pub fn new() -> Self {
         Line { state: AtomicU32::new(FREE), posted: UnsafeCell::new(None), turn: Mutex::new(()) }
     }
 
-    /// The thread's part: does what is posted to it, until [`end`](Self::end) is called.
+    /// Runs posted jobs on the calling thread until [`end`](Self::end) is called.
     pub fn serve(&self, owned: &mut T) {
         loop {
             wait(|| self.state.load(Acquire) == POSTED);
@@ -94,7 +93,7 @@ impl<T> Line<T> {
             let Some(Work { job, caller }) = (unsafe { (*self.posted.get()).take() }) else { continue };
             if let Some(job) = job {
                 BUSY.fetch_add(1, Relaxed);
-                // SAFETY: the caller keeps the job alive until it sees `DONE`, and does not use it before.
+                // SAFETY: the caller keeps the job alive until it sees `DONE`, and does not use it before then.
                 unsafe { (*job)(owned) };
                 BUSY.fetch_sub(1, Relaxed);
             }
@@ -106,22 +105,23 @@ impl<T> Line<T> {
         }
     }
 
-    /// Has the thread do something, and waits for it. What it does must not panic.
+    /// Runs a job on the thread, and waits until it is done. The job must not panic.
     pub fn call(&self, thread: &Thread, job: &mut Job<'_, T>) {
         self.post(thread, Some(job)).finish();
     }
 
-    /// Ends the thread's [`serve`](Self::serve).
+    /// Makes the thread return from [`serve`](Self::serve), and waits for it.
     pub fn end(&self, thread: &Thread) {
         self.post(thread, None).finish();
     }
 
-    /// Posts work, without waiting for it.
+    /// Posts a job without waiting for it; `None` makes the thread return from [`serve`](Self::serve).
     pub fn post<'a>(&'a self, thread: &Thread, job: Option<&'a mut Job<'_, T>>) -> Posted<'a, T> {
         let turn = self.turn.lock().unwrap_or_else(PoisonError::into_inner);
-        // SAFETY: only the lifetime changes. `Posted` borrows the job, and does not end before the thread is done with it.
+        // SAFETY: only the lifetime changes. `Posted` borrows the job, and does not end before the thread is done with
+        // it.
         let job = job.map(|job| unsafe { std::mem::transmute::<*mut Job<'_, T>, *mut Job<'static, T>>(job) });
-        // SAFETY: this caller has the turn and the state is `FREE`, so nobody else uses `posted`.
+        // SAFETY: this caller has the turn and the state is `FREE`, so no other thread uses `posted`.
         unsafe { *self.posted.get() = Some(Work { job, caller: thread::current() }) };
         self.state.store(POSTED, Release);
         thread.unpark();
@@ -129,7 +129,7 @@ impl<T> Line<T> {
     }
 }
 
-/// Work that a thread is doing. Dropping it waits for the end of the work.
+/// A posted job. Dropping it waits until the job is done.
 #[must_use]
 pub struct Posted<'a, T> {
     line: &'a Line<T>,

@@ -1,4 +1,4 @@
-//! What a camera of a world sees.
+//! Renders what a camera of a world sees.
 
 use tatu_core::{
     World,
@@ -6,14 +6,14 @@ use tatu_core::{
 };
 use tatu_render::{Camera, Picture};
 
-/// From where a world is looked at.
+/// The viewpoint of a picture.
 #[derive(Debug, Clone)]
 pub enum View {
-    /// The first camera of the scene, or a place from which everything is seen.
+    /// The first camera of the scene; without one, a viewpoint that shows all shapes.
     Own,
     /// A camera of the scene, by its path.
     Camera(String),
-    /// From a point to a point, in metres.
+    /// From the first point towards the second, both in the world frame, m.
     Points([f64; 3], [f64; 3]),
 }
 
@@ -23,15 +23,15 @@ const FOV: f64 = 0.872_664_625_997_164_8;
 /// Renders a picture of `size` columns and rows; `fov` is the angle between left and right edge, rad.
 ///
 /// # Errors
-/// There is no such camera, or the view has no direction.
+/// The size or the field of view is out of range, there is no such camera, or the view has no direction.
 pub fn picture(world: &World, view: &View, size: [u32; 2], fov: Option<f64>) -> Result<Picture> {
     let [columns, rows] = size;
     if columns == 0 || rows == 0 || u64::from(columns) * u64::from(rows) > 1 << 26 {
-        let error = Error::new("E102", format!("a picture of {columns} x {rows} pixels cannot be made"));
+        let error = Error::new("E102", format!("cannot render a picture of {columns} x {rows} pixels"));
         return Err(error.expected("at least 1 pixel, and at most 67 million"));
     }
     if fov.is_some_and(|fov| !(fov > 0.0 && fov < std::f64::consts::PI)) {
-        return Err(Error::new("E102", "the field of view is no such angle").expected("more than 0, less than pi rad"));
+        return Err(Error::new("E102", "the field of view is out of range").expected("more than 0, less than pi rad"));
     }
     let camera = match view {
         View::Own => match tatu_render::scene_camera(world, fov, size) {

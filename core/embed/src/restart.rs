@@ -1,22 +1,22 @@
-//! Starting this program again, for parts that need a process of their own.
+//! Starts this program again, for tasks that need a process of their own.
 
 use std::{ffi::OsString, io, process::Command, sync::OnceLock};
 
-/// Program and first arguments by which the command line is started in another program.
+/// Program and leading arguments that start the command line when it is embedded in another program.
 static STARTED_BY: OnceLock<Vec<OsString>> = OnceLock::new();
 
-/// Sets how the command line is started where it is part of another program: an interpreter, for example, with the
-/// arguments that precede those of the command line. Only the first call counts.
+/// Sets the command that starts the command line when it is embedded in another program: for example an interpreter,
+/// with the arguments that precede those of the command line. Only the first call has an effect.
 pub fn started_by(command: Vec<OsString>) {
     if !command.is_empty() {
         let _ = STARTED_BY.set(command);
     }
 }
 
-/// Returns a command that starts this program again; its arguments are to be added.
+/// Returns a command that starts this program again, to which the caller adds arguments.
 ///
 /// # Errors
-/// The system does not tell where this program is.
+/// The path of this program cannot be determined.
 pub fn restart_command() -> io::Result<Command> {
     match STARTED_BY.get().map(Vec::as_slice) {
         Some([program, args @ ..]) => {

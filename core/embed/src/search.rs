@@ -1,4 +1,4 @@
-//! Determines where plugins and models are searched.
+//! Determines the folders that are searched for plugins and models.
 
 use std::{
     ffi::OsString,
@@ -12,7 +12,7 @@ use tatu_core::{
 };
 use tatu_plugin_api::safe::{MOST_BYTES, folders_beside, program_file, read_plain_text};
 
-/// The folders that are searched for plugins and models, and those of the scene that are not.
+/// The folders that are searched for plugins and models, and the folders of the scene that are excluded.
 pub struct Searched {
     /// The search path.
     pub search: Search,
@@ -25,7 +25,7 @@ pub fn built() -> Vec<&'static str> {
     env!("TATU_BUILT_PLUGINS").split(',').filter(|s| !s.is_empty()).collect()
 }
 
-/// Returns the folders to search for plugins, with or without a scene; `allow` has the values of `--allow`.
+/// Returns the folders to search for plugins, with or without a scene; `allow` holds the values of `--allow`.
 pub fn searched(scene: Option<&Path>, sources: &Sources, allow: &[String]) -> Result<Searched, Error> {
     let exe = program_file();
     let environment = std::env::var_os("TATU_PLUGIN_PATH");
@@ -63,12 +63,12 @@ pub fn untrusted(scene: &Path, folder: &Path) -> Error {
     Error::new("E312", text)
 }
 
-/// Returns the folders in which models are searched by name before those of the program, in order: beside the scene (or in
-/// the working folder), those of the environment, and the user's.
+/// Returns the folders that are searched for models by name before those of the program, in order: beside the scene (or
+/// in the working folder), those of the environment, and the user's.
 fn model_folders(scene: Option<&Path>) -> Vec<PathBuf> {
     let here = scene.and_then(Path::parent).unwrap_or(Path::new(""));
     let mut folders = vec![here.join("models")];
-    // A model that is opened itself finds its neighbours.
+    // A model that is opened as a scene can refer to its sibling folders by name.
     if scene.and_then(Path::file_name).is_some_and(|n| n == MODEL_FILE) {
         folders.extend(std::path::absolute(here).ok().and_then(|f| f.parent().map(Path::to_owned)));
     }
@@ -78,8 +78,8 @@ fn model_folders(scene: Option<&Path>) -> Vec<PathBuf> {
     folders
 }
 
-/// Returns the file of a scene: the path as it is, if there is such a file; else a scene that comes with the program, by
-/// its path below `scenes`, or by its name alone if there is one of this name. The suffix `.toml` may be left out.
+/// Returns the file of a scene: the path itself if it exists; otherwise a scene that comes with the program, by its
+/// path below `scenes`, or by its name alone if exactly one has this name. The suffix `.toml` may be omitted.
 pub fn scene_file(given: &Path) -> PathBuf {
     if given.as_os_str().is_empty() || given.is_absolute() || given.exists() {
         return given.to_owned();
@@ -132,7 +132,7 @@ fn user_folder_of(variable: impl Fn(&str) -> Option<OsString>) -> Option<PathBuf
     Some(data.join("tatu").join("plugins"))
 }
 
-/// Reads the user's settings, if there are any.
+/// Reads the user's settings. Without a settings file, returns the defaults.
 pub fn user_settings() -> Result<UserSettings, Error> {
     let Some(file) = user_folder().and_then(|f| Some(f.parent()?.join("settings.toml"))) else {
         return Ok(UserSettings::default());
@@ -148,7 +148,7 @@ fn same_folder(a: &Path, b: &Path) -> bool {
     a == b || a.canonicalize().ok().is_some_and(|a| b.canonicalize().is_ok_and(|b| a == b))
 }
 
-/// Returns whether a folder is one that TATU_TRUST names, or a subfolder of one.
+/// Returns whether a folder is one that `TATU_TRUST` names, or a subfolder of one.
 fn trusted(folder: &Path) -> bool {
     let (Some(all), Ok(folder)) = (std::env::var_os("TATU_TRUST"), folder.canonicalize()) else { return false };
     // A relative path would depend on the working folder.

@@ -1,4 +1,4 @@
-//! A world, together with what it was made of.
+//! A world, together with the inputs from which it was built.
 
 use tatu_core::{
     Session, World,
@@ -12,26 +12,26 @@ use crate::{Engine, Setup};
 pub struct Seat {
     setup: Setup,
     engine: Engine,
-    /// Services of the world. Ends before the world does.
+    /// Services of the world. They end before the world does.
     session: Option<Session>,
-    /// `None` only if it could not be made anew.
+    /// `None` only if the last reset or restore failed to rebuild the world.
     world: Option<World>,
 }
 
-/// How far a world came.
+/// Progress of a world in [`Seat::step`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Stepped {
-    /// Number of steps done.
+    /// Number of steps run.
     pub steps: u64,
-    /// Whether it still runs: nothing has stopped it.
+    /// Whether the world is still running; false if something has stopped it.
     pub running: bool,
 }
 
 impl Seat {
-    /// Makes a world and starts it: time is 0, and nothing has been measured yet.
+    /// Creates a world and starts it: its time is 0, and no sensor has been measured yet.
     ///
     /// # Errors
-    /// An instance of a plugin or a service could not be made.
+    /// An instance of a plugin or a service cannot be created.
     pub fn new(setup: Setup, engine: Engine) -> Result<Self> {
         let mut seat = Seat { setup, engine, session: None, world: None };
         let (world, session) = seat.make()?;
@@ -57,28 +57,28 @@ impl Seat {
         Ok((world, session))
     }
 
-    /// The world.
+    /// Returns the world.
     ///
     /// # Errors
-    /// It could not be made anew by the last reset.
+    /// The last reset or restore failed to rebuild the world.
     pub fn world(&self) -> Result<&World> {
         self.world
             .as_ref()
             .ok_or_else(|| Error::new("E405", "there is no world: the last reset failed").help("reset it again"))
     }
-    /// What it was made of.
+    /// Returns the plugins and the document from which the world was built.
     pub fn engine(&self) -> &Engine {
         &self.engine
     }
-    /// The setup, with the changes of the last reset.
+    /// Returns the setup, with the changes of the last reset.
     pub fn setup(&self) -> &Setup {
         &self.setup
     }
 
-    /// Does up to `n` steps, fewer if the world stops.
+    /// Runs up to `n` steps, fewer if the world stops.
     ///
     /// # Errors
-    /// There is no world.
+    /// There is no world, because the last reset or restore failed.
     pub fn step(&self, n: u64) -> Result<Stepped> {
         let world = self.world()?;
         for done in 0..n {
@@ -89,10 +89,10 @@ impl Seat {
         Ok(Stepped { steps: n, running: true })
     }
 
-    /// Makes the world anew, as at the beginning, with another seed and other changes if they are given.
+    /// Rebuilds the world in its initial state, with another seed and other changes if they are given.
     ///
     /// # Errors
-    /// A change is invalid; the old world is kept. Or it could not be made.
+    /// A change is invalid, and the old world is kept; or the new world cannot be created.
     pub fn reset(&mut self, seed: Option<u64>, set: Option<Vec<String>>) -> Result {
         if seed.is_some() || set.is_some() {
             let mut setup = self.setup.clone();
@@ -117,15 +117,15 @@ impl Seat {
             None => Ok(snapshot),
             Some(why) => {
                 let e = Error::new("E503", format!("the state cannot be captured completely: {why}"));
-                Err(e.help("a world whose scripts hold such a state can only be run again from its beginning"))
+                Err(e.help("a world whose scripts hold such state can only be run again from the start"))
             }
         }
     }
 
-    /// Makes the world anew in the state of a snapshot of the same scene.
+    /// Rebuilds the world in the state of a snapshot of the same scene.
     ///
     /// # Errors
-    /// The snapshot is of another scene or of other plugins, or incomplete.
+    /// The snapshot belongs to another scene or other plugins, or is incomplete.
     pub fn restore(&mut self, snapshot: &Snapshot) -> Result {
         let (document, registry) = (self.engine.document.clone(), self.engine.registry.clone());
         snapshot.check(&document, &registry)?;
@@ -140,10 +140,10 @@ impl Seat {
         Ok(())
     }
 
-    /// Ends the services, which then write their files, such as a film; the world goes on without them.
+    /// Ends the services, which then write their files, such as a film; the world continues without them.
     ///
     /// # Errors
-    /// Of the first service that could not be ended in order.
+    /// A service failed to end; the error is that of the first such service.
     pub fn end_services(&mut self) -> Result {
         let errors = self.session.take().map(Session::end).unwrap_or_default();
         errors.into_iter().next().map_or(Ok(()), Err)
@@ -157,7 +157,7 @@ impl Seat {
         self.world = None;
     }
 
-    /// Ends the world, and the plugins if nobody else uses them.
+    /// Ends the world, and the plugins if nothing else uses them.
     pub fn end(mut self) {
         self.end_world();
         let Seat { engine, .. } = self;

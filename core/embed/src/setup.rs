@@ -1,4 +1,4 @@
-//! What a world is made of: a scene, the plugins, and changes.
+//! The inputs from which a world is built: a scene, plugins, and changes.
 
 use std::{
     path::PathBuf,
@@ -14,40 +14,40 @@ use tatu_core::{
 
 use crate::search::{self, Searched, searched, user_settings};
 
-/// A scene.
-#[derive(Debug, Clone)]
+/// The source of a scene.
+#[derive(Debug, Clone, PartialEq)]
 pub enum Scene {
     /// A file: a scene file, or one that an importer reads.
     File(PathBuf),
-    /// The text of a scene file, and the folder from which its paths start.
+    /// The text of a scene file, and the folder to which its paths are relative.
     Text(String, PathBuf),
 }
 
-/// What a world is made of. The fields are those of the command line.
-#[derive(Debug, Clone)]
+/// The inputs from which a world is built. The fields correspond to the options of the command line.
+#[derive(Debug, Clone, PartialEq)]
 pub struct Setup {
     /// The scene.
     pub scene: Scene,
     /// Seed of all random numbers; `None`: the scene's own.
     pub seed: Option<u64>,
-    /// Changes: `/Robot/leftMotor.max_force_nm=2`.
+    /// Changes to properties, such as `/Robot/leftMotor.max_force_nm=2`.
     pub set: Vec<String>,
-    /// Replaced scripts: `/Robot=FILE`.
+    /// Scripts that replace those of objects: `/Robot=FILE`.
     pub scripts: Vec<String>,
-    /// What scripts may use of the outside: `exec`, `native`, `net=HOST:PORT`; `plugins`: plugins that the scene names.
+    /// Permissions of scripts: `exec`, `native`, `net=HOST:PORT`. `plugins` allows the plugins that the scene names.
     pub allow: Vec<String>,
-    /// Services that are started: `ID:KEY=VALUE`. Those that the scene names are not.
+    /// Services to start: `ID:KEY=VALUE`. Services that only the scene names are not started.
     pub services: Vec<String>,
-    /// Libraries of plugins, or folders with such, searched before all others.
+    /// Plugin libraries, or folders that contain some; searched before all others.
     pub plugins: Vec<PathBuf>,
-    /// Number of threads of one world; it does not affect the results.
+    /// Number of threads that one world uses; it does not affect the results.
     pub threads: usize,
     /// The folder in which scripts open files; `None`: the working folder.
     pub files: Option<PathBuf>,
 }
 
 impl Setup {
-    /// A scene without changes.
+    /// Creates the setup of a scene without changes.
     pub fn new(scene: Scene) -> Self {
         Setup {
             scene,
@@ -62,7 +62,7 @@ impl Setup {
         }
     }
 
-    /// The file as which the scene is read.
+    /// Returns the path under which the scene is read. For a text, this is a path in the folder of the text.
     pub fn file(&self) -> PathBuf {
         match &self.scene {
             Scene::File(file) => file.clone(),
@@ -100,19 +100,19 @@ impl Setup {
 /// The registries that are in use, so that worlds with the same search path share one.
 static SHARED: Mutex<Vec<(Vec<PathBuf>, Weak<Registry>)>> = Mutex::new(Vec::new());
 
-/// The plugins of a setup and the document of its scene, from which any number of worlds can be made.
+/// The plugins of a setup and the document of its scene, from which any number of worlds can be created.
 #[derive(Clone)]
 pub struct Engine {
-    /// The plugins.
+    /// The plugins that worlds use.
     pub registry: Arc<Registry>,
-    /// The scene.
+    /// The document of the scene.
     pub document: Arc<Document>,
     /// Warnings of plugins and of the scene.
     pub warnings: Vec<String>,
 }
 
 impl Engine {
-    /// Loads plugins and scene.
+    /// Loads the plugins and the scene of a setup.
     ///
     /// # Errors
     /// A file or a change is invalid, or the scene names plugins that are not allowed.
@@ -131,18 +131,18 @@ impl Engine {
         Ok(Engine { registry, document: Arc::new(document), warnings })
     }
 
-    /// Loads the scene again, from the same files, with other changes and for the same plugins.
+    /// Loads the scene again from the same files, with other changes and the same plugins.
     ///
     /// # Errors
     /// A file or a change is invalid.
     pub fn reload(&self, setup: &Setup) -> Result<Self> {
-        // From the files as they were read first, whatever has become of them.
+        // The contents that were read first are used, even if the files have changed since.
         let options = Options { sources: self.document.sources.clone(), ..setup.options()? };
         let document = document::load(&setup.file(), &self.registry, &options)?;
         Ok(Engine { document: Arc::new(document), ..self.clone() })
     }
 
-    /// Ends the plugins, if nobody else uses them.
+    /// Ends the plugins, if nothing else uses them.
     pub(crate) fn end(self) {
         let Engine { registry, document, .. } = self;
         drop(document);
@@ -150,8 +150,8 @@ impl Engine {
     }
 }
 
-/// Returns a registry for a setup; one that is in use, if its search path is the same. `bundled`: the scene's own file is
-/// not read, so no plugins are used that it names.
+/// Returns a registry for a setup, shared with worlds that have the same search path. With `bundled`, the scene file is
+/// not read, so the plugins that it names are not used.
 pub(crate) fn registry_of(setup: &Setup, bundled: bool) -> Result<Arc<Registry>> {
     let mut search = search_of(setup, bundled)?;
     let given: Vec<PathBuf> = setup.plugins.iter().filter(|p| p.is_file()).cloned().collect();
@@ -182,13 +182,13 @@ fn search_of(setup: &Setup, bundled: bool) -> Result<Search> {
             search.folders.insert(0, (path.clone(), Source::Environment));
         } else if !path.is_file() {
             let error = Error::new("E311", format!("there is no plugin at {}", path.display()));
-            return Err(error.expected("a library that has been built, or a folder with such"));
+            return Err(error.expected("a compiled plugin library, or a folder that contains some"));
         }
     }
     Ok(search)
 }
 
-/// Ends the plugins of a registry, if this is its last owner.
+/// Ends the plugins of a registry, if this is the last reference to it.
 pub(crate) fn release(registry: Arc<Registry>) {
     if let Some(registry) = Arc::into_inner(registry) {
         for e in registry.end() {

@@ -22,7 +22,8 @@ pub struct Place {
 }
 
 impl Place {
-    /// Returns the place of a line of a file, counted from 1; 0 stands for the whole file. Without the file's contents,
+    /// Returns the position of a line of a file, counted from 1; 0 stands for the whole file. Without the file's
+    /// contents,
     /// only the line is known.
     pub fn of_line(file: PathBuf, bytes: &[u8], line: usize) -> Self {
         Place { file, line, column: 1, span: line_span(bytes, line) }
@@ -165,7 +166,7 @@ impl FaultKind {
             _ => FaultKind::Runtime,
         }
     }
-    /// Returns the status of the ABI by which a failure of this kind is told.
+    /// Returns the status of the ABI by which a failure of this kind is reported.
     pub fn status(self) -> i32 {
         use tatu_plugin_api::abi::*;
         match self {
@@ -177,7 +178,7 @@ impl FaultKind {
             _ => TATU_ERR,
         }
     }
-    /// Returns the stable code.
+    /// Returns the stable code of faults of this kind.
     pub fn code(self) -> &'static str {
         match self {
             FaultKind::UnknownFunction => "F201",
@@ -202,15 +203,15 @@ pub struct Fault {
     pub code: &'static str,
     /// Kind of the fault.
     pub kind: FaultKind,
-    /// Id of the plugin in which it happened.
+    /// Id of the plugin in which the fault occurred, if it was in a plugin.
     pub plugin: Option<String>,
-    /// Name of the script.
+    /// Name of the script that raised the fault, if one did.
     pub script: Option<String>,
-    /// Path of the object.
+    /// Path of the object concerned, if any.
     pub object: Option<String>,
     /// File of the script, if it has one.
     pub file: Option<String>,
-    /// Line in that file.
+    /// Line in `file`, from 1.
     pub line: Option<u64>,
     /// What went wrong.
     pub message: String,
@@ -241,7 +242,7 @@ impl Fault {
             count: 1,
         }
     }
-    /// Returns whether two faults have the same kind, message and place.
+    /// Returns whether two faults have the same kind, message, plugin, object and position.
     pub fn same_as(&self, other: &Fault) -> bool {
         self.kind == other.kind
             && self.message == other.message

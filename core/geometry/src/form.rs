@@ -7,12 +7,11 @@ use nalgebra::{Point3, Vector3};
 /// A triangle mesh. Vertices are in metres; triangles wind counter-clockwise as seen from outside.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Mesh {
-    /// Corner points.
+    /// Corner points of the triangles.
     pub vertices: Vec<Point3<f64>>,
     /// Three indices into `vertices` per triangle.
     pub triangles: Vec<[u32; 3]>,
-    /// Place of each corner point in an image, 0 to 1 to the right and up, for the mapping `Mesh` of images; empty if there is
-    /// none.
+    /// Texture coordinates of each vertex, for `Mapping::Mesh`: 0 to 1 to the right and up. Empty if the mesh has none.
     pub coordinates: Vec<[f32; 2]>,
 }
 

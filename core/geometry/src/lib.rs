@@ -13,18 +13,18 @@ use nalgebra::Isometry3;
 pub use form::{Form, Mesh};
 pub use texture::{BLENDS, Blend, Image, MAPPINGS, MOST_PIXELS, Mapping, Projection, Texture};
 
-/// A form and its pose in the frame of its owner.
+/// A form and its pose in the frame of the object to which it belongs.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Part {
-    /// Transform from the part to the owner.
+    /// Transform from the frame of the part to that of the object.
     pub pose: Isometry3<f64>,
-    /// The form.
+    /// Form of the part, in its own frame.
     pub form: Form,
-    /// Friction coefficient; `None`: that of the owner.
+    /// Friction coefficient; `None`: that of the object.
     pub friction: Option<f64>,
-    /// Red, green and blue, each 0 to 1; `None`: the colour of the owner.
+    /// Red, green and blue, each 0 to 1; `None`: the colour of the object.
     pub color: Option<[f64; 3]>,
-    /// The image on it, in its frame.
+    /// Image on the surface, projected in the frame of the part.
     pub texture: Option<Arc<Texture>>,
 }
 

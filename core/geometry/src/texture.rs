@@ -1,4 +1,4 @@
-//! Images on surfaces: how an image is projected onto a form, and the colour that a point of the surface gets.
+//! Images on surfaces: how an image is projected onto a form, and the resulting colour of a point of the surface.
 
 use std::sync::Arc;
 
@@ -8,13 +8,14 @@ use xxhash_rust::xxh3::xxh3_64_with_seed;
 
 use crate::form::{Form, Mesh};
 
-/// Greatest number of pixels of an image: 64 MB.
+/// Maximum number of pixels of an image, which take 64 MiB.
 pub const MOST_PIXELS: usize = 16 << 20;
 
-/// Surfaces along the border of two pixels show one of them everywhere, in spite of rounding: parts of the image.
+/// Offset of a point in the image, as a fraction of the image. With it, a surface along the border of two pixels shows
+/// the same one everywhere, in spite of rounding.
 const NUDGE: f64 = 1e-6;
 
-/// An image.
+/// An RGBA image, with 8 bits per channel.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Image {
     columns: u32,
@@ -24,8 +25,8 @@ pub struct Image {
 }
 
 impl Image {
-    /// Makes an image of pixels of 4 bytes, top row first. `None`: it has no pixels, more than [`MOST_PIXELS`], or
-    /// another number of bytes.
+    /// Creates an image from pixels of 4 bytes, top row first. Returns `None` if it would have no pixels or more than
+    /// [`MOST_PIXELS`], or if the number of bytes does not match.
     pub fn new(columns: u32, rows: u32, rgba: Vec<u8>) -> Option<Self> {
         let pixels = (columns as usize).checked_mul(rows as usize)?;
         let fits = pixels > 0 && pixels <= MOST_PIXELS && rgba.len() == 4 * pixels;
@@ -40,7 +41,7 @@ impl Image {
     pub fn rows(&self) -> u32 {
         self.rows
     }
-    /// A hash of its content, by which others tell images apart.
+    /// Returns a hash of the width and the pixels, by which images are distinguished.
     pub fn hash(&self) -> u64 {
         self.hash
     }
@@ -48,7 +49,8 @@ impl Image {
     pub fn rgba(&self) -> &[u8] {
         &self.rgba
     }
-    /// Red, green, blue and opacity of a pixel, 0 to 1; columns and rows beyond the image repeat it, or its edge.
+    /// Returns red, green, blue and opacity of a pixel, each 0 to 1. Outside the image, `repeat` selects per axis
+    /// whether the image repeats; otherwise the pixel at the edge is used.
     fn at(&self, column: f64, row: f64, repeat: [bool; 2]) -> [f32; 4] {
         let place = |x: f64, count: u32, repeats: bool| {
             let last = f64::from(count - 1);
@@ -61,7 +63,7 @@ impl Image {
     }
 }
 
-/// How points of a surface are mapped to an image. All but `Box` and `Mesh` ignore what the surface is like.
+/// How points of a surface are mapped to an image. All but `Box` and `Mesh` depend on the position of the point alone.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub enum Mapping {
     /// Along the z axis: x to the right, y up.
@@ -73,7 +75,7 @@ pub enum Mapping {
     Sphere,
     /// As `Plane`, along the axis that is closest to the surface's normal.
     Box,
-    /// By the coordinates of a mesh, [`Mesh::coordinates`]; without them, the surface keeps its colour.
+    /// By the texture coordinates of a mesh, [`Mesh::coordinates`]; without them, the surface keeps its colour.
     Mesh,
 }
 
@@ -92,13 +94,13 @@ impl Mapping {
     }
 }
 
-/// What an image does to the colour of the surface.
+/// How an image is combined with the colour of the surface.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub enum Blend {
     /// Colours are multiplied.
     #[default]
     Modulate,
-    /// The image covers the colour, as far as it is opaque.
+    /// The image covers the colour in proportion to its opacity.
     Decal,
     /// Colours are added.
     Add,
@@ -124,16 +126,16 @@ impl Blend {
 pub struct Projection {
     /// The kind of projection.
     pub mapping: Mapping,
-    /// Width and height of the image on the surface, m; of `Cylinder` the width, and of `Sphere` both, in turns and in
-    /// half turns; of `Mesh` both, in coordinates.
+    /// Width and height of the image on the surface, m. For `Cylinder` and `Sphere`, the width is in turns; for
+    /// `Sphere`, the height is in half turns; for `Mesh`, both are in texture coordinates.
     pub size: [f64; 2],
-    /// Frame of the projection in that of the surface. The origin is the middle of the image.
+    /// Pose of the projection in the frame of the form. Its origin is the centre of the image.
     pub pose: Isometry3<f64>,
-    /// Whether the image repeats to the right, and up; otherwise its edges continue.
+    /// Whether the image repeats horizontally and vertically; otherwise the pixels at its edges continue.
     pub repeat: [bool; 2],
     /// Whether colours between pixels are interpolated.
     pub smooth: bool,
-    /// What it does to the colour of the surface.
+    /// How the image is combined with the colour of the surface.
     pub blend: Blend,
 }
 
@@ -153,15 +155,15 @@ impl Default for Projection {
 /// An image on a surface.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Texture {
-    /// The image.
+    /// Pixels of the image, shared between surfaces.
     pub image: Arc<Image>,
-    /// Its projection.
+    /// Projection of the image onto the surface.
     pub projection: Projection,
 }
 
 impl Texture {
-    /// Returns the colour of a surface of colour `base`, at a point of a primitive of a form with an outward normal
-    /// there, both in the frame of the form. Primitives of a mesh are its triangles.
+    /// Returns the colour of a form with the colour `base` at a point of its surface. The point and the outward normal
+    /// there are in the frame of the form. The primitive is the index of the triangle if the form is a mesh.
     pub fn color(
         &self,
         (form, primitive): (&Form, u32),
@@ -187,7 +189,7 @@ impl Texture {
         })
     }
 
-    /// Returns the place in the image: 0 to 1 to the right and up.
+    /// Returns the position of a point in the image: 0 to 1 to the right and up.
     fn place(&self, point: &Point3<f64>, normal: &Vector3<f64>) -> [f64; 2] {
         use std::f64::consts::{PI, TAU};
         let Projection { mapping, size, pose, .. } = &self.projection;
@@ -226,7 +228,7 @@ impl Texture {
 }
 
 impl Mesh {
-    /// Returns the coordinates at a point of a triangle, which are interpolated between its corners.
+    /// Returns the texture coordinates at a point of a triangle, interpolated between its corners.
     fn place(&self, triangle: u32, point: &Point3<f64>) -> Option<[f64; 2]> {
         let corners = *self.triangles.get(triangle as usize)?;
         let [a, b, c] = corners.map(|i| self.vertices.get(i as usize));
@@ -250,7 +252,7 @@ impl Mesh {
 mod tests {
     use super::*;
 
-    /// Forms matter to coordinates of meshes alone.
+    /// A form for mappings that ignore it; only `Mapping::Mesh` uses the form.
     const BALL: (&Form, u32) = (&Form::Sphere { radius: 1.0 }, 0);
 
     /// Four squares: red and green above, blue and white below.
@@ -297,7 +299,7 @@ mod tests {
     #[test]
     fn coordinates_of_a_mesh_are_interpolated() {
         let vertices = [[0.0, 0.0], [2.0, 0.0], [2.0, 2.0], [0.0, 2.0]].map(|[x, y]| Point3::new(x, y, 5.0)).to_vec();
-        // The image is turned by a quarter: what is right of it goes up.
+        // The image is rotated by a quarter turn: its right-hand side is at the top.
         let coordinates = vec![[0.0, 1.0], [0.0, 0.0], [1.0, 0.0], [1.0, 1.0]];
         let mesh = Arc::new(Mesh { vertices, triangles: vec![[0, 1, 2], [0, 2, 3]], coordinates });
         let form = Form::Mesh { mesh, convex: false };

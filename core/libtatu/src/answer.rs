@@ -1,4 +1,4 @@
-//! Errors as callers get them: a status, and a text that is kept for each thread. No panic leaves the library.
+//! Errors as reported to callers: a status, and a message that is stored per thread. No panic leaves the library.
 
 use std::{
     cell::RefCell,
@@ -9,7 +9,7 @@ use std::{
 use tatu_core::errors::{Error, Fault, Refusal};
 use tatu_plugin_api::abi::*;
 
-/// Why a function failed.
+/// The reason why a function failed: a status and a message.
 #[derive(Debug)]
 pub struct Wrong(pub tatu_status, pub String);
 
@@ -39,7 +39,7 @@ impl From<Box<Fault>> for Wrong {
 }
 
 thread_local! {
-    /// The text of the last failure.
+    /// Message of the last failure on this thread.
     static LAST: RefCell<CString> = RefCell::default();
 }
 
@@ -48,20 +48,20 @@ pub fn guarded<T>(failed: impl FnOnce(tatu_status) -> T, f: impl FnOnce() -> Res
     let Wrong(status, text) = match catch_unwind(AssertUnwindSafe(f)) {
         Ok(Ok(done)) => return done,
         Ok(Err(wrong)) => wrong,
-        Err(_) => Wrong(TATU_ERR_PANIC, "the simulator failed\n  help: this is a bug, please report it".into()),
+        Err(_) => Wrong(TATU_ERR_PANIC, "the simulator panicked\n  help: this is a bug: please report it".into()),
     };
-    // A text with a zero in it ends there.
+    // A C string cannot contain a zero byte, so the message ends at the first one.
     let text = text.split('\0').next().unwrap_or_default().to_owned();
     LAST.with(|last| *last.borrow_mut() = CString::new(text).unwrap_or_default());
     failed(status)
 }
 
-/// The same for functions that return a status.
+/// As [`guarded`], for functions that return a status.
 pub fn status(f: impl FnOnce() -> Result<(), Wrong>) -> tatu_status {
     guarded(|status| status, || f().map(|()| TATU_OK))
 }
 
-/// The text of the last failure on this thread.
+/// Returns the message of the last failure on this thread, valid until the next failure on it.
 pub fn last() -> *const c_char {
     LAST.with(|last| last.borrow().as_ptr())
 }

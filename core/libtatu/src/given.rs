@@ -1,4 +1,4 @@
-//! What callers pass, and where results are written.
+//! Reads the arguments that callers pass, and writes results through their pointers.
 
 use std::ffi::{CStr, c_char};
 
@@ -6,38 +6,39 @@ use tatu_plugin_api::abi::tatu_str;
 
 use crate::answer::Wrong;
 
-/// Takes a text of the caller.
+/// Returns a string that the caller passes; `what` names it in errors.
 ///
 /// # Safety
-/// `text` is null or ends with 0, and lives for `'a`.
+/// `text` must be null, or a zero-terminated string that lives for `'a`.
 pub unsafe fn text<'a>(text: *const c_char, what: &str) -> Result<&'a str, Wrong> {
     if text.is_null() {
         return Err(Wrong::argument(format!("{what} is null")));
     }
-    // SAFETY: the caller promises it.
+    // SAFETY: the caller guarantees a zero-terminated string.
     let text = unsafe { CStr::from_ptr(text) };
     text.to_str().map_err(|_| Wrong::argument(format!("{what} is not UTF-8")))
 }
 
-/// Writes a result, if the caller wants it.
+/// Writes a result, unless the caller passes null for it.
 ///
 /// # Safety
-/// `out` is null or a place for a `T`.
+/// `out` must be null or valid for writing a `T`.
 pub unsafe fn give<T>(out: *mut T, value: T) {
     if !out.is_null() {
-        // SAFETY: the caller promises it; what was there may be uninitialised, so it is not dropped.
+        // SAFETY: the caller guarantees that `out` is writable; its contents may be uninitialised, so they are not
+        // dropped.
         unsafe { out.write(value) }
     }
 }
 
-/// Takes the bytes of a text.
+/// Returns the bytes of a string that the caller passes.
 ///
 /// # Safety
-/// `text` is as long as it says, and lives for `'a`.
+/// `text` must be null, or point to `len` bytes that live for `'a`.
 pub unsafe fn bytes<'a>(text: tatu_str) -> &'a [u8] {
     match text.ptr.is_null() || text.len == 0 {
         true => &[],
-        // SAFETY: the caller promises it.
+        // SAFETY: the caller guarantees `len` bytes that live for `'a`.
         false => unsafe { std::slice::from_raw_parts(text.ptr.cast(), text.len as usize) },
     }
 }

@@ -1,7 +1,7 @@
-//! The simulator as a library: the functions of `include/tatu_world.h`, which is their manual.
+//! The simulator as a C library. `include/tatu_world.h` declares and documents its functions.
 //!
-//! - `answer`: errors, and the guard around each function; `open`: the worlds that are open;
-//! - `given`: what callers pass; `setup`: what a world is made of; this file: the functions.
+//! - `answer`: errors, and the guard around each function; `open`: the open worlds;
+//! - `given`: arguments of callers; `setup`: the arguments from which a world is built; this file: the functions.
 
 mod answer;
 mod given;
@@ -26,7 +26,7 @@ use crate::{
 
 #[unsafe(no_mangle)]
 unsafe extern "C" fn tatu_world_open(setup: *const tatu_world_setup) -> *mut Handle {
-    // SAFETY: by the contract, null or a table as large as its `size`, with texts that live through the call.
+    // SAFETY: by the contract, null or a struct as large as its `size`, with strings that live through the call.
     guarded(|_| null_mut(), || unsafe { setup::read(setup) }.and_then(open::add))
 }
 
@@ -44,7 +44,7 @@ extern "C" fn tatu_world_close(world: *mut Handle) -> tatu_status {
 unsafe extern "C" fn tatu_world_step(world: *mut Handle, n: u64, done: *mut u64) -> tatu_status {
     status(|| {
         let stepped = with(world, |seat, _| Ok(seat.step(n)?))?;
-        // SAFETY: by the contract, null or a place for the number.
+        // SAFETY: by the contract, `done` is null or writable.
         unsafe { give(done, stepped.steps) };
         Ok(())
     })
@@ -52,7 +52,7 @@ unsafe extern "C" fn tatu_world_step(world: *mut Handle, n: u64, done: *mut u64)
 
 #[unsafe(no_mangle)]
 unsafe extern "C" fn tatu_world_reset(world: *mut Handle, seed: *const u64) -> tatu_status {
-    // SAFETY: by the contract, null or a number.
+    // SAFETY: by the contract, `seed` is null or points to a number.
     let seed = unsafe { seed.as_ref() }.copied();
     status(|| with(world, |seat, _| Ok(seat.reset(seed, None)?)))
 }
@@ -71,7 +71,7 @@ extern "C" fn tatu_world_dt(world: *mut Handle) -> f64 {
 unsafe extern "C" fn tatu_world_hash(world: *mut Handle, hash: *mut u64) -> tatu_status {
     status(|| {
         let total = with(world, |seat, _| Ok(seat.world()?.hash().total))?;
-        // SAFETY: by the contract, null or a place for the number.
+        // SAFETY: by the contract, `hash` is null or writable.
         unsafe { give(hash, total) };
         Ok(())
     })
@@ -98,10 +98,10 @@ unsafe extern "C" fn tatu_world_read(
         })?;
         let n = numbers.len().min(usize::try_from(cap).unwrap_or(usize::MAX));
         if !out.is_null() {
-            // SAFETY: by the contract, room for `cap` numbers, which overlap nothing of ours.
+            // SAFETY: by the contract, `out` has room for `cap` numbers; it cannot overlap `numbers`, which is local.
             unsafe { out.copy_from_nonoverlapping(numbers.as_ptr(), n) };
         }
-        // SAFETY: by the contract, null or a place for the number.
+        // SAFETY: by the contract, `count` is null or writable.
         unsafe { give(count, numbers.len() as u64) };
         Ok(())
     })
@@ -118,11 +118,11 @@ unsafe extern "C" fn tatu_world_write(
     status(|| {
         // SAFETY: by the contract, texts that live through the call.
         let (path, name) = unsafe { (text(path, "the path")?, text(name, "the name")?) };
-        let count = usize::try_from(count).map_err(|_| Wrong::argument("there are too many numbers"))?;
+        let count = usize::try_from(count).map_err(|_| Wrong::argument(format!("`count` is too large: {count}")))?;
         let numbers: &[f64] = match (numbers.is_null(), count) {
             (_, 0) => &[],
-            (true, _) => return Err(Wrong::argument("the numbers are null")),
-            // SAFETY: by the contract, as many numbers as stated.
+            (true, _) => return Err(Wrong::argument("`numbers` is null, but `count` is not 0")),
+            // SAFETY: by the contract, `numbers` points to `count` numbers.
             (false, _) => unsafe { std::slice::from_raw_parts(numbers, count) },
         };
         with(world, |seat, _| {
@@ -130,7 +130,7 @@ unsafe extern "C" fn tatu_world_write(
             let channel = world.channel(path, name)?;
             let wanted: usize = channel.shape.iter().product();
             if numbers.len() != wanted {
-                let text = format!("`{name}` of {path} has {wanted} numbers, and {} were given", numbers.len());
+                let text = format!("`{name}` of {path} has {wanted} numbers, but {} were given", numbers.len());
                 return Err(Wrong::argument(text));
             }
             Ok(world.write_channel(&channel, numbers)?)
@@ -149,7 +149,7 @@ unsafe extern "C" fn tatu_world_get(
         // SAFETY: by the contract, texts that live through the call.
         let (path, name) = unsafe { (text(path, "the path")?, text(name, "the name")?) };
         let value = with(world, |seat, lent| Ok(lent.value(&seat.world()?.get(path, name)?)))?;
-        // SAFETY: by the contract, null or a place for a value.
+        // SAFETY: by the contract, `out` is null or writable.
         unsafe { give(out, value.0) };
         Ok(())
     })
@@ -163,7 +163,7 @@ unsafe extern "C" fn tatu_world_set(
     value: *const tatu_value,
 ) -> tatu_status {
     status(|| {
-        // SAFETY: by the contract, texts that live through the call, and null or one value.
+        // SAFETY: by the contract, strings that live through the call, and null or one value.
         let (path, name, value) = unsafe {
             let value = values(value, u32::from(!value.is_null()), name)?;
             (text(path, "the path")?, text(name, "the name")?, value)
@@ -173,12 +173,13 @@ unsafe extern "C" fn tatu_world_set(
     })
 }
 
-/// Copies values of the caller.
+/// Copies values that the caller passes; `name` names them in errors.
 ///
 /// # Safety
-/// `values` are `n` values that live through the call, and `name` is null or a text.
+/// `values` must point to `n` values, and `name` must be null or a zero-terminated string. Both must live through the
+/// call.
 unsafe fn values(values: *const tatu_value, n: u32, name: *const c_char) -> Result<Vec<Value>, Wrong> {
-    // SAFETY: the caller promises it.
+    // SAFETY: the caller guarantees `n` values and a string that live through the call.
     let (values, name) = unsafe { (ValueRef::slice(values, n as usize), text(name, "the name")?) };
     let all: Result<Vec<_>, _> = values.iter().map(|v| v.to_value()).collect();
     all.map_err(|e| Wrong::argument(format!("{name}: {}", e.text())))
@@ -195,17 +196,17 @@ unsafe extern "C" fn tatu_world_call(
     n_results: *mut u32,
 ) -> tatu_status {
     status(|| {
-        // SAFETY: by the contract, a text and as many values as stated, which live through the call.
+        // SAFETY: by the contract, a string and `n_args` values that live through the call.
         let (name, args) = unsafe { (text(name, "the name of the command")?, values(args, n_args, name)?) };
         let lent = with(world, |seat, lent| {
             let results = seat.world()?.call(name, &args)?;
             Ok(lent.values(&results))
         })?;
         for (i, value) in lent.0.iter().enumerate().take(if results.is_null() { 0 } else { cap as usize }) {
-            // SAFETY: by the contract, room for `cap` values.
+            // SAFETY: by the contract, `results` has room for `cap` values.
             unsafe { results.add(i).write(*value) };
         }
-        // SAFETY: by the contract, null or a place for the number.
+        // SAFETY: by the contract, `n_results` is null or writable.
         unsafe { give(n_results, lent.0.len() as u32) };
         Ok(())
     })
@@ -215,7 +216,7 @@ unsafe extern "C" fn tatu_world_call(
 unsafe extern "C" fn tatu_world_snapshot(world: *mut Handle, out: *mut tatu_str) -> tatu_status {
     status(|| {
         let bytes = with(world, |seat, lent| Ok(lent.bytes(seat.snapshot()?.to_bytes()?)))?;
-        // SAFETY: by the contract, null or a place for the text.
+        // SAFETY: by the contract, `out` is null or writable.
         unsafe { give(out, bytes.0) };
         Ok(())
     })
@@ -224,7 +225,7 @@ unsafe extern "C" fn tatu_world_snapshot(world: *mut Handle, out: *mut tatu_str)
 #[unsafe(no_mangle)]
 unsafe extern "C" fn tatu_world_restore(world: *mut Handle, snapshot: tatu_str) -> tatu_status {
     status(|| {
-        // SAFETY: by the contract, bytes that live through the call.
+        // SAFETY: by the contract, `len` bytes that live through the call.
         let snapshot = Snapshot::from_bytes(unsafe { bytes(snapshot) })?;
         with(world, |seat, _| Ok(seat.restore(&snapshot)?))
     })
@@ -241,14 +242,14 @@ unsafe extern "C" fn tatu_world_render(
     status(|| {
         let view = match camera.is_null() {
             true => View::Own,
-            // SAFETY: by the contract, a text that lives through the call.
+            // SAFETY: by the contract, a string that lives through the call.
             false => View::Camera(unsafe { text(camera, "the camera") }?.to_owned()),
         };
         if rgb.is_null() {
-            return Err(Wrong::argument("the place for the picture is null"));
+            return Err(Wrong::argument("`rgb` is null; expected a buffer for the picture"));
         }
         let picture = with(world, |seat, _| Ok(tatu_embed::picture(seat.world()?, &view, [columns, rows], None)?))?;
-        // SAFETY: by the contract, room for the picture; it has 3 bytes for each of its pixels.
+        // SAFETY: by the contract, `rgb` has room for the picture, which has 3 bytes per pixel.
         unsafe { rgb.copy_from_nonoverlapping(picture.rgb.as_ptr(), picture.rgb.len()) };
         Ok(())
     })

@@ -1,5 +1,5 @@
-//! The worlds that are open. A handle is a number that was never used before: one that is stale is refused, and nothing
-//! is read through it.
+//! The open worlds. A handle is a number that is never reused, so a stale handle is rejected; handles are never
+//! dereferenced.
 
 use std::{
     collections::BTreeMap,
@@ -17,17 +17,17 @@ use tatu_plugin_api::{
 
 use crate::answer::Wrong;
 
-/// What handles point to, in name only.
+/// Nominal pointee of handles; no value of this type exists.
 pub enum Handle {}
 
 /// An open world.
 struct Open {
     host: Host,
-    /// What the last answer points to.
+    /// Memory to which the last answer points.
     answer: Mutex<Answer>,
 }
 
-/// Memory of an answer, which lives until the next one.
+/// Memory of an answer, valid until the next one.
 #[derive(Default)]
 pub struct Answer {
     values: Owned,
@@ -37,27 +37,27 @@ pub struct Answer {
 /// Pointers into an answer.
 pub struct Lent<T>(pub T);
 
-// SAFETY: the pointers are passed from the world's thread to the caller, who alone uses them; what they point to is owned
-// by the open world, and does not move.
+// SAFETY: the pointers are passed from the world's thread to the caller, who alone uses them; what they point to is
+// owned by the open world, and does not move.
 unsafe impl<T> Send for Lent<T> {}
 
 impl Lent<tatu_str> {
-    /// An empty text.
+    /// An empty string.
     pub const EMPTY: Self = Lent(tatu_str { ptr: std::ptr::null(), len: 0 });
 }
 
 impl Answer {
-    /// Keeps a value, and returns it in the ABI's form.
+    /// Stores a value, and returns its form in the ABI.
     pub fn value(&mut self, value: &Value) -> Lent<tatu_value> {
         self.values = Owned::default();
         Lent(self.values.raw(value))
     }
-    /// Keeps several.
+    /// Stores several values, and returns their forms in the ABI.
     pub fn values(&mut self, values: &[Value]) -> Lent<Vec<tatu_value>> {
         self.values = Owned::default();
         Lent(values.iter().map(|v| self.values.raw(v)).collect())
     }
-    /// Keeps bytes.
+    /// Stores bytes, and returns their form in the ABI.
     pub fn bytes(&mut self, bytes: Vec<u8>) -> Lent<tatu_str> {
         self.bytes = bytes;
         Lent(tatu_str { ptr: self.bytes.as_ptr().cast(), len: self.bytes.len() as u64 })
@@ -67,12 +67,12 @@ impl Answer {
 static OPEN: Mutex<BTreeMap<usize, Arc<Open>>> = Mutex::new(BTreeMap::new());
 static NEXT: AtomicUsize = AtomicUsize::new(1);
 
-/// Opens a world.
+/// Opens a world and returns its handle.
 pub fn add(setup: Setup) -> Result<*mut Handle, Wrong> {
     Ok(keep(Host::open(setup)?))
 }
 
-/// Opens a copy of a world.
+/// Opens a copy of a world and returns its handle.
 pub fn fork(world: *mut Handle) -> Result<*mut Handle, Wrong> {
     Ok(keep(find(world)?.host.fork()?))
 }
@@ -99,7 +99,7 @@ pub fn remove(world: *mut Handle) -> Result<(), Wrong> {
     open.map(drop).ok_or_else(stranger)
 }
 
-/// Does something with a world, on its thread.
+/// Calls `f` with a world, on the thread of the world.
 pub fn with<T: Send>(
     world: *mut Handle,
     f: impl FnOnce(&mut Seat, &mut Answer) -> Result<T, Wrong> + Send,
@@ -107,6 +107,6 @@ pub fn with<T: Send>(
     let open = find(world)?;
     let mut answer = open.answer.lock().unwrap_or_else(PoisonError::into_inner);
     let answer = &mut *answer;
-    // What goes wrong within is passed through as it is, with its status.
+    // Errors of `f` are passed through unchanged, with their status.
     open.host.with(|seat| Ok(f(seat, answer)))?
 }

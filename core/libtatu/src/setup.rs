@@ -1,4 +1,4 @@
-//! What a world is made of, as callers give it.
+//! The arguments from which a world is built, as callers pass them.
 
 use std::{ffi::c_char, path::PathBuf};
 
@@ -31,12 +31,13 @@ pub struct tatu_world_setup {
 /// Reads a setup.
 ///
 /// # Safety
-/// `setup` is null or a table as large as its `size`, with texts that live through the call and lists that end with null.
+/// `setup` must be null, or point to a struct as large as its `size`, with strings that live through the call and lists
+/// that end with null.
 pub unsafe fn read(setup: *const tatu_world_setup) -> Result<Setup, Wrong> {
-    // SAFETY: the caller promises it.
+    // SAFETY: the caller guarantees null or a valid struct.
     let given = unsafe { setup.as_ref() }.filter(|s| s.size as usize >= size_of::<tatu_world_setup>());
-    let given = given.ok_or_else(|| Wrong::argument("the setup is null, or its `size` is not set"))?;
-    // SAFETY: the caller promises it.
+    let given = given.ok_or_else(|| Wrong::argument("the setup is null, or its `size` is too small"))?;
+    // SAFETY: the caller guarantees that strings live through the call and lists end with null.
     unsafe {
         let scene = match (given.scene.is_null(), given.text.len) {
             (false, 0) => Scene::File(scene_file(&PathBuf::from(text(given.scene, "the scene")?))),
@@ -49,7 +50,7 @@ pub unsafe fn read(setup: *const tatu_world_setup) -> Result<Setup, Wrong> {
                 let text = text.map_err(|_| Wrong::argument("the text of the scene is not UTF-8"))?;
                 Scene::Text(text.to_owned(), folder)
             }
-            _ => return Err(Wrong::argument("either `scene` or `text` must be set, and not both")),
+            _ => return Err(Wrong::argument("exactly one of `scene` and `text` must be set")),
         };
         Ok(Setup {
             seed: (given.has_seed != 0).then_some(given.seed),
@@ -63,14 +64,14 @@ pub unsafe fn read(setup: *const tatu_world_setup) -> Result<Setup, Wrong> {
     }
 }
 
-/// Reads a list of texts.
+/// Reads a list of strings; `what` names one in errors.
 ///
 /// # Safety
-/// `list` is null, or ends with null, and its texts live through the call.
+/// `list` must be null, or end with null; its strings must live through the call.
 unsafe fn list(list: *const *const c_char, what: &str) -> Result<Vec<String>, Wrong> {
     let mut all = Vec::new();
     let mut next = list;
-    // SAFETY: the caller promises it.
+    // SAFETY: the caller guarantees that the list ends with null and its strings live through the call.
     unsafe {
         while !next.is_null() && !(*next).is_null() {
             all.push(text(*next, what)?.to_owned());

@@ -1,7 +1,7 @@
-//! Prints microseconds for the robots of `tests/data`: forward dynamics, and whole steps: swinging freely, by both
-//! schemes, pulled by gains, held by velocity drives, and with drives too weak to hold.
+//! Prints the time in microseconds of forward dynamics and of steps for the robots in `tests/data`: free swings with
+//! both schemes, position gains, velocity drives, and drives that are too weak to hold.
 //!
-//! `cargo run --release --example speed`; the least of many short batches.
+//! Run it with `cargo run --release --example speed`. Each time is the minimum over many short batches.
 
 use std::time::Instant;
 
@@ -12,7 +12,7 @@ use tatu_mechanisms::{Bound, Drive, Drives, Dynamics, Scheme, Solver, State};
 #[path = "../tests/mechanisms/robots.rs"]
 mod robots;
 
-/// Returns the time of one call, µs.
+/// Returns the duration of one call, µs.
 fn least(mut call: impl FnMut()) -> f64 {
     let mut best = f64::INFINITY;
     for _ in 0..200 {
@@ -29,7 +29,7 @@ fn main() {
     let gravity = Vector3::new(0.0, 0.0, -9.81);
     let h = 1e-7;
     println!(
-        "            dof   forward  leapfrog  midpoint  PD gains  held, still  held, moving  4 Nm at most (solutions)"
+        "            dof   forward  leapfrog  midpoint  PD gains  held, still  held, moving  at most 4 Nm (solves)"
     );
     for name in robots::ALL {
         let robot = robots::load(name);

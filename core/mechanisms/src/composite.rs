@@ -1,4 +1,4 @@
-//! The mass matrix by composite rigid bodies, kept along the tree.
+//! The mass matrix by the composite-rigid-body algorithm, stored sparsely along the tree.
 
 use crate::{
     kinematics::Kinematics,
@@ -6,8 +6,8 @@ use crate::{
     tree::{NONE, Tree},
 };
 
-/// The mass matrix, kg m² and the like: entries at or below the diagonal that the tree leaves, by the rows of
-/// [`Tree::rows`]; a row holds the velocities on the way to the root, itself last.
+/// The mass matrix, kg m², kg m or kg: the structurally nonzero entries of the lower triangle, by the rows of
+/// [`Tree::rows`]; a row has an entry for each velocity on the path from the root, the diagonal last.
 #[derive(Debug, Clone)]
 pub(crate) struct MassMatrix {
     pub entries: Vec<f64>,
@@ -19,9 +19,9 @@ impl MassMatrix {
         MassMatrix { entries: vec![0.0; tree.entries()], composite: vec![Inertia::default(); tree.nodes.len()] }
     }
 
-    /// Computes it, armatures included. Time: velocities times depth.
+    /// Computes the matrix, including armatures. Complexity: number of velocities times depth.
     ///
-    /// Source: Featherstone, chapter 6; in world axes the inertias of a subtree simply add.
+    /// Source: Featherstone, chapter 6; in world axes the inertias of a subtree simply add up.
     pub fn update(&mut self, tree: &Tree, kinematics: &Kinematics) {
         self.composite.copy_from_slice(&kinematics.inertias);
         for (i, node) in tree.nodes.iter().enumerate().rev() {
@@ -40,7 +40,7 @@ impl MassMatrix {
         }
     }
 
-    /// Adds to `out` the product of the matrix and `x`, leaving out velocities of `x` that are 0.
+    /// Adds the product of the matrix and `x` to `out`; zero entries of `x` are skipped.
     pub fn add_product(&self, tree: &Tree, x: &[f64], out: &mut [f64]) {
         for d in 0..x.len() {
             let (first, last) = (tree.rows[d], tree.rows[d + 1] - 1);

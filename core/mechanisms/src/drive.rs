@@ -1,102 +1,102 @@
-//! What drives, springs and forces act on the joints of a tree: what its user sets.
+//! Drives, springs and external forces on the joints of a tree, as set by the user.
 
 use crate::{
     error::{DynamicsError, check},
     tree::{NONE, Tree},
 };
 
-/// What a drive can do at most, the same both ways.
+/// The limits of a drive, the same in both directions.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Bound {
-    /// Greatest force, Nm or N; may be infinite.
+    /// Maximum force, Nm or N; may be infinite.
     pub force: f64,
-    /// Speed up to which the whole force is there, rad/s or m/s; infinite: at any.
+    /// Speed up to which the full force is available, rad/s or m/s; infinite: at any speed.
     pub full_speed: f64,
-    /// Speed at which none is left: in between, it falls in a line. Beyond, the drive does not push; it always brakes
-    /// with the whole force. Infinite if `full_speed` is.
+    /// Speed from which on no accelerating force is available; between `full_speed` and this speed, the force decreases
+    /// linearly. The full force is always available for braking. Infinite if `full_speed` is.
     pub no_load_speed: f64,
 }
 
 impl Bound {
-    /// No bound.
+    /// Unlimited force at all speeds.
     pub const NONE: Bound = Bound::force(f64::INFINITY);
 
-    /// Returns the same force, Nm or N, at all speeds.
+    /// Returns a bound with the same force, Nm or N, at all speeds.
     pub const fn force(force: f64) -> Self {
         Bound { force, full_speed: f64::INFINITY, no_load_speed: f64::INFINITY }
     }
 
-    /// Returns the bound of a motor whose force falls in a line from `force`, at rest, to 0 at `no_load_speed`.
+    /// Returns the bound of a motor whose force decreases linearly from `force` at rest to 0 at `no_load_speed`.
     pub const fn motor(force: f64, no_load_speed: f64) -> Self {
         Bound { force, full_speed: 0.0, no_load_speed }
     }
 }
 
-/// What acts on one velocity of a tree.
+/// The drive that acts on one velocity of a tree.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Drive {
-    /// Nothing.
+    /// No drive.
     Off,
-    /// Holds a velocity, rad/s or m/s, with whatever force that takes within the bound.
+    /// Holds a velocity, with the necessary force within the bound.
     Velocity {
-        /// Velocity to hold.
+        /// Velocity to hold, rad/s or m/s.
         target: f64,
-        /// What it can do.
+        /// Limits of the force.
         bound: Bound,
     },
-    /// Pulls towards a position like a spring and a damper: `stiffness (target - q) + damping (velocity - v)`, within
-    /// the bound. Only for revolute and prismatic joints.
+    /// Acts like a spring and a damper, with the force `stiffness (target - q) + damping (velocity - v)` within the
+    /// bound. Only for revolute and prismatic joints.
     Position {
-        /// Position to pull to, rad or m.
+        /// Target position, rad or m.
         target: f64,
-        /// Velocity that the damper pulls to, rad/s or m/s.
+        /// Target velocity, rad/s or m/s.
         velocity: f64,
-        /// Nm/rad or N/m.
+        /// Stiffness, Nm/rad or N/m.
         stiffness: f64,
-        /// Nm s/rad or N s/m.
+        /// Damping, Nm s/rad or N s/m.
         damping: f64,
-        /// What it can do.
+        /// Limits of the force.
         bound: Bound,
     },
-    /// A force, Nm or N, within the bound.
+    /// Exerts a force, within the bound.
     Force {
-        /// The force wanted.
+        /// Desired force, Nm or N.
         force: f64,
-        /// What it can do.
+        /// Limits of the force.
         bound: Bound,
     },
 }
 
-/// A spring with a damper at a revolute or prismatic joint, beside its drive.
+/// A spring and a damper at a revolute or prismatic joint, in addition to its drive.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Spring {
-    /// Position at which it is slack, rad or m.
+    /// Position at which the spring is relaxed, rad or m.
     pub rest: f64,
-    /// Nm/rad or N/m.
+    /// Stiffness, Nm/rad or N/m.
     pub stiffness: f64,
-    /// Nm s/rad or N s/m.
+    /// Damping, Nm s/rad or N s/m.
     pub damping: f64,
 }
 
-/// Everything that acts on the velocities of a tree, one entry for each.
+/// Everything that acts on the joints of a tree, with one entry per velocity.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Drives {
-    /// Drives.
+    /// The drive of each velocity.
     pub drive: Vec<Drive>,
-    /// Springs.
+    /// The spring of each velocity.
     pub spring: Vec<Spring>,
-    /// Generalised forces from outside, Nm or N; see [`Kinematics::add_force`](crate::Kinematics::add_force).
+    /// External generalised forces, Nm or N; see [`Kinematics::add_force`](crate::Kinematics::add_force).
     pub force: Vec<f64>,
 }
 
 impl Drives {
-    /// Returns drives that are off, springs without stiffness and no forces.
+    /// Returns no drives, springs of zero stiffness and zero forces.
     pub fn new(tree: &Tree) -> Self {
         let n = tree.velocities();
         Drives { drive: vec![Drive::Off; n], spring: vec![Spring::default(); n], force: vec![0.0; n] }
     }
 
-    /// Refuses lists of other trees, numbers that are not finite and bounds that make no sense.
+    /// Returns an error if the lists belong to another tree, a value is not finite, or a bound is invalid.
     pub(crate) fn check(&self, tree: &Tree) -> Result<(), DynamicsError> {
         let expected = tree.velocities();
         for (what, found) in [("drive", self.drive.len()), ("spring", self.spring.len())] {
@@ -115,7 +115,7 @@ impl Drives {
                     &[("stiffness", spring.stiffness), ("damping", spring.damping)],
                 )?;
                 if !has_position {
-                    return Err(DynamicsError::Drive { dof, what: "spring", why: "needs a joint with one position" });
+                    return Err(DynamicsError::Drive { dof, what: "spring", why: "requires a single-axis joint" });
                 }
             }
         }
@@ -135,7 +135,7 @@ impl Drive {
                 let gains = [("stiffness", *stiffness), ("damping", *damping)];
                 numbers(dof, &[("target", *target), ("velocity", *velocity)], &gains)?;
                 if !has_position {
-                    return Err(DynamicsError::Drive { dof, what: "target", why: "needs a joint with one position" });
+                    return Err(DynamicsError::Drive { dof, what: "target", why: "requires a single-axis joint" });
                 }
                 bound
             }
@@ -153,16 +153,16 @@ impl Drive {
         }
         let (full, none) = (bound.full_speed, bound.no_load_speed);
         if none.is_nan() || (full.is_finite() && none <= full) || (full.is_infinite() && none.is_finite()) {
-            return wrong("bound.no_load_speed", "must be above `full_speed`");
+            return wrong("bound.no_load_speed", "must exceed `bound.full_speed`, and be infinite if that is infinite");
         }
         if full.is_finite() && (none.is_infinite() || bound.force.is_infinite()) {
-            return wrong("bound.no_load_speed", "must be finite, and so must `force`, if `full_speed` is");
+            return wrong("bound.no_load_speed", "must be finite, as must `force`, because `full_speed` is finite");
         }
         Ok(())
     }
 }
 
-/// Refuses numbers that are not finite, and gains that are negative.
+/// Returns an error if a value is not finite, or a gain is negative.
 fn numbers(dof: usize, any: &[(&'static str, f64)], gains: &[(&'static str, f64)]) -> Result<(), DynamicsError> {
     for &(what, x) in any.iter().chain(gains) {
         if !x.is_finite() {

@@ -13,11 +13,10 @@ use crate::{
     vector::{Vec3, add, dot, scale},
 };
 
-/// Dynamics of a tree in one state: everything that follows from its positions and velocities.
+/// Dynamics of a tree in one state.
 ///
-/// Call [`update`](Self::update) with a state, then ask. It owns all room that it needs; only [`new`](Self::new)
-/// allocates. Armatures count as mass. Damping, dry friction and limits do not act here; they belong to
-/// [`Solver`](crate::Solver).
+/// Call [`update`](Self::update) with a state before the other functions. Only [`new`](Self::new) allocates memory.
+/// Armatures count as mass. Damping, dry friction and limits are ignored; they belong to [`Solver`](crate::Solver).
 #[derive(Debug, Clone)]
 pub struct Dynamics {
     kinematics: Kinematics,
@@ -32,7 +31,7 @@ pub struct Dynamics {
 }
 
 impl Dynamics {
-    /// Makes room for a tree; until the first update, all its joints are at position 0 and at rest.
+    /// Allocates the memory for a tree. Until the first update, all its joints are at position 0 and at rest.
     pub fn new(tree: &Tree) -> Self {
         let n = tree.velocities();
         let kinematics = Kinematics::new(tree);
@@ -51,11 +50,11 @@ impl Dynamics {
         }
     }
 
-    /// Takes over a state: poses, velocities and mass matrix.
+    /// Computes poses, velocities and mass matrix for a state.
     ///
     /// # Errors
     ///
-    /// The state or this object belongs to another tree, or a number is not finite.
+    /// Fails if the state or this object belongs to another tree, or a value is not finite.
     pub fn update(&mut self, tree: &Tree, state: &State) -> Result<(), DynamicsError> {
         self.kinematics.update(tree, state)?;
         self.v.copy_from_slice(&state.v);
@@ -69,11 +68,11 @@ impl Dynamics {
         &self.kinematics
     }
 
-    /// Writes the mass matrix M, by rows: as many rows and columns as there are velocities. kg m², kg m or kg.
+    /// Writes the mass matrix M in row-major order, with one row and column per velocity; kg m², kg m or kg.
     ///
     /// # Errors
     ///
-    /// `out` has another size, or the tree is not the one this was made for.
+    /// Fails if `out` has the wrong length, or this object belongs to another tree.
     pub fn mass_matrix(&self, tree: &Tree, out: &mut [f64]) -> Result<(), DynamicsError> {
         self.kinematics.belongs(tree)?;
         let n = tree.velocities();
@@ -91,24 +90,25 @@ impl Dynamics {
         Ok(())
     }
 
-    /// Writes the bias forces b, Nm or N: those that hold the accelerations at 0 against gravity, m/s², Coriolis and
-    /// centrifugal forces. At rest: the forces against gravity. Time: links.
+    /// Writes the bias forces b, Nm or N: the forces at zero acceleration, which balance gravity (m/s²), Coriolis and
+    /// centrifugal forces. Complexity: linear in the number of links.
     ///
     /// # Errors
     ///
-    /// `out` has another size than there are velocities, the tree is another, or gravity is not finite.
+    /// Fails if `out` does not have one entry per velocity, this object belongs to another tree, or gravity is not
+    /// finite.
     pub fn bias(&mut self, tree: &Tree, gravity: Vector3<f64>, out: &mut [f64]) -> Result<(), DynamicsError> {
         let gravity = self.ready(tree, gravity, out)?;
         self.sweep.run(tree, &self.kinematics, &self.v, None, gravity, out);
         Ok(())
     }
 
-    /// Writes the generalised forces, Nm or N, that make the joints accelerate as given, rad/s² or m/s²: M a + b.
-    /// Time: links.
+    /// Writes the generalised forces M a + b, Nm or N, that cause the accelerations a, rad/s² or m/s². Complexity:
+    /// linear in the number of links.
     ///
     /// # Errors
     ///
-    /// As [`bias`](Self::bias), and likewise for `acceleration`.
+    /// Fails like [`bias`](Self::bias), and if `acceleration` has the wrong length or is not finite.
     pub fn inverse(
         &mut self,
         tree: &Tree,
@@ -125,13 +125,14 @@ impl Dynamics {
         Ok(())
     }
 
-    /// Writes the accelerations, rad/s² or m/s², under generalised forces, Nm or N: the solution of M a = force - b.
-    /// Time: links, and at most the sum of the squares of depths after an update.
+    /// Writes the accelerations a, rad/s² or m/s², under generalised forces, Nm or N: the solution of M a = force - b.
+    /// Complexity: linear in the number of links, plus at most the sum of squared depths for the first call after an
+    /// update, which factorises the matrix.
     ///
     /// # Errors
     ///
-    /// As [`bias`](Self::bias), and likewise for `force`; [`DynamicsError::Singular`] where what a joint moves has no
-    /// inertia about it.
+    /// Fails like [`bias`](Self::bias), and if `force` has the wrong length or is not finite. Fails with
+    /// [`DynamicsError::Singular`] if the links that a joint moves have no inertia about its axis.
     pub fn forward(
         &mut self,
         tree: &Tree,
@@ -150,12 +151,12 @@ impl Dynamics {
         Ok(())
     }
 
-    /// Replaces `x` by the solution of M y = x, such as impulses by the changes of velocity that they cause. Time: as
-    /// [`forward`](Self::forward).
+    /// Replaces `x` by the solution y of M y = x, for example impulses by the velocity changes that they cause.
+    /// Complexity: that of [`forward`](Self::forward).
     ///
     /// # Errors
     ///
-    /// `x` has another size than there are velocities or is not finite, or as [`forward`](Self::forward).
+    /// Fails if `x` does not have one entry per velocity or is not finite, and like [`forward`](Self::forward).
     pub fn solve(&mut self, tree: &Tree, x: &mut [f64]) -> Result<(), DynamicsError> {
         self.kinematics.belongs(tree)?;
         check("x", x, tree.velocities())?;
@@ -164,11 +165,12 @@ impl Dynamics {
         Ok(())
     }
 
-    /// Returns kinetic energy, armatures included, and potential energy, with 0 at the world's origin; J.
+    /// Returns the kinetic energy, including that of armatures, and the potential energy, which is 0 at the world's
+    /// origin; J.
     ///
     /// # Errors
     ///
-    /// The tree is another, or gravity is not finite.
+    /// Fails if this object belongs to another tree, or gravity is not finite.
     pub fn energy(&mut self, tree: &Tree, gravity: Vector3<f64>) -> Result<(f64, f64), DynamicsError> {
         let mut work = std::mem::take(&mut self.work);
         let ready = self.ready(tree, gravity, &work);

@@ -1,155 +1,157 @@
-//! Why a tree cannot be built, or a computation cannot be done.
+//! Errors of trees and of computations on them.
 
-/// The reason why a description is no tree of rigid links. Links are counted from 0 in the order given.
+/// An error in the description of a tree. Links are counted from 0, in the given order.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum TreeError {
-    /// No links at all.
+    /// There are no links.
     #[error("a tree needs at least one link")]
     Empty,
-    /// The parent of a link does not come before it.
+    /// The parent of a link is not an earlier link.
     #[error("link {link}: its parent, {parent}, must come before it")]
     Parent {
         /// The link.
         link: usize,
-        /// The parent given.
+        /// The given parent.
         parent: usize,
     },
-    /// A number is infinite or not a number.
+    /// A value is infinite or NaN.
     #[error("link {link}: `{what}` must be finite")]
     NotFinite {
         /// The link.
         link: usize,
-        /// Which number.
+        /// The name of the value.
         what: &'static str,
     },
-    /// A number that must not be negative is.
+    /// A value is negative that must not be.
     #[error("link {link}: `{what}` must not be negative, but is {value}")]
     Negative {
         /// The link.
         link: usize,
-        /// Which number.
+        /// The name of the value.
         what: &'static str,
-        /// The number given.
+        /// The value.
         value: f64,
     },
-    /// The axis of a joint has not the length 1.
-    #[error("link {link}: the axis of its joint has the length {length}; it must be 1 (to 1e-9)")]
+    /// The axis of a joint is not a unit vector.
+    #[error("link {link}: the axis of its joint must have the length 1 (within 1e-9), but has {length}")]
     Axis {
         /// The link.
         link: usize,
-        /// Length of the axis given.
+        /// Length of the axis.
         length: f64,
     },
-    /// No rigid body has this inertia: it is not symmetric, or a principal moment exceeds the sum of the other two.
-    #[error("link {link}: no rigid body has this inertia: {why}")]
+    /// The inertia is not that of a rigid body: it is not symmetric, or a principal moment exceeds the sum of the other
+    /// two.
+    #[error("link {link}: `inertia` is not that of a rigid body: {why}")]
     Inertia {
         /// The link.
         link: usize,
-        /// What is wrong with it.
+        /// The condition that is not met.
         why: &'static str,
     },
-    /// A joint moves nothing that has mass, and has no armature.
-    #[error("link {link}: its joint moves no mass: the link and all beyond it have none, and its armature is 0")]
+    /// A joint moves no mass, and has no armature.
+    #[error("link {link}: its joint moves no mass: the link and its descendants have none, and the armature is 0")]
     Massless {
         /// The link.
         link: usize,
     },
-    /// The lower limit of a joint is above the upper one.
-    #[error("link {link}: the lower limit, {low}, is above the upper one, {high}")]
+    /// The limits of a joint allow no position, because the lower limit exceeds the upper one or is positive infinity,
+    /// or the upper limit is negative infinity.
+    #[error("link {link}: the limits {low} to {high} allow no position; the lower limit must not exceed the upper one")]
     Limits {
-        /// The link.
+        /// Index of the link.
         link: usize,
         /// Lower limit.
         low: f64,
         /// Upper limit.
         high: f64,
     },
-    /// A joint that cannot have limits, or a free joint that is not at the world.
+    /// Limits of a joint that cannot have any, or a free joint below another link.
     #[error("link {link}: {why}")]
     Joint {
         /// The link.
         link: usize,
-        /// What is wrong.
+        /// The condition that is not met.
         why: &'static str,
     },
 }
 
-/// The reason why a computation on a tree was refused. Nothing was changed.
+/// An error of a computation on a tree. No state was changed.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum DynamicsError {
-    /// A state, force or drive list belongs to another tree.
+    /// A list has the wrong length, because it belongs to another tree.
     #[error("`{what}` has {found} entries, but the tree needs {expected}")]
     Length {
-        /// Which list.
+        /// The name of the list.
         what: &'static str,
         /// Its length.
         found: usize,
-        /// The length it must have.
+        /// The expected length.
         expected: usize,
     },
-    /// A number that was handed in is infinite or not a number.
+    /// An argument is infinite or NaN.
     #[error("`{what}` must be finite")]
     NotFinite {
-        /// Which number or list.
+        /// The name of the value or list.
         what: &'static str,
     },
-    /// The length of a step is not above 0.
-    #[error("the length of a step must be above 0, but is {h} s")]
+    /// The duration of a step is not positive and finite.
+    #[error("the duration of a step must be positive and finite, but is {h} s")]
     Step {
-        /// The length given, s.
+        /// The duration, s.
         h: f64,
     },
-    /// A link number beyond the tree's.
-    #[error("there is no link {link}: the tree has {links}")]
+    /// There is no link with this index.
+    #[error("there is no link {link}: the tree has {links} links")]
     NoLink {
-        /// The number given.
+        /// The index.
         link: usize,
         /// Number of links of the tree.
         links: usize,
     },
-    /// A drive's bound or gain is negative, or its speeds are in the wrong order.
-    #[error("velocity {dof}: `{what}` of its drive {why}")]
+    /// A parameter of a drive or spring is invalid.
+    #[error("degree of freedom {dof}: `{what}` {why}")]
     Drive {
-        /// The velocity that the drive acts on.
+        /// Index of the velocity that the drive or spring acts on.
         dof: usize,
-        /// Which number.
+        /// The name of the parameter.
         what: &'static str,
-        /// What it must be.
+        /// The condition that is not met.
         why: &'static str,
     },
-    /// The mass matrix is singular here: what lies beyond this velocity has no inertia about its axis.
-    #[error("velocity {dof} moves nothing that has inertia about its axis in this pose; give its joint an armature")]
+    /// The mass matrix is singular in this pose.
+    #[error("the links that velocity {dof} moves have no inertia about its axis in this pose; set an armature")]
     Singular {
-        /// The velocity in question.
+        /// Index of the velocity.
         dof: usize,
     },
-    /// The result is beyond what numbers can hold.
-    #[error("the result is not finite: forces or velocities are too large for a step of this length")]
+    /// The result is infinite or NaN.
+    #[error("the result is not finite: forces or velocities are too large for a step of this duration")]
     Diverged,
 }
 
-/// The reason why the step of a group was refused. No state was changed.
+/// An error of a step of a group. No state was changed.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum GroupError {
-    /// A member cannot be moved.
+    /// The step of a member failed.
     #[error("member {member}: {source}")]
     Member {
         /// Its index.
         member: usize,
-        /// Why.
+        /// The error of the member.
         source: DynamicsError,
     },
-    /// A contact makes no sense.
+    /// A contact is invalid.
     #[error("contact {contact} {why}")]
     Contact {
         /// Its index.
         contact: usize,
-        /// What is wrong with it.
+        /// The condition that is not met.
         why: &'static str,
     },
 }
 
-/// Refuses a list of another length than the tree needs, or with a number that is not finite.
+/// Returns an error if a list does not have the expected length, or has a value that is not finite.
 pub(crate) fn check(what: &'static str, list: &[f64], expected: usize) -> Result<(), DynamicsError> {
     if list.len() != expected {
         return Err(DynamicsError::Length { what, found: list.len(), expected });

@@ -1,14 +1,14 @@
-//! L'DL of a matrix along a tree, with some velocities held.
+//! Sparse L'DL factorisation of a matrix along a tree, with some velocities held.
 
 use crate::tree::Tree;
 
-/// Least share of its diagonal entry that a pivot may keep: below, what is left is rounding.
+/// Minimum ratio of a pivot to its diagonal entry, below which the pivot is only rounding error.
 const SINGULAR: f64 = 1e-14;
 
-/// M = L' D L, with L unit lower triangular and as sparse as the tree: no entry is filled in.
+/// M = L' D L, with L unit lower triangular and as sparse as the tree: there is no fill-in.
 ///
-/// Velocities that are held are left out, as if their rows and columns were not there. That is what an infinite viscous
-/// friction on them would do, without its rounding.
+/// Rows and columns of held velocities are omitted. This has the effect of infinite viscous friction on them, without
+/// its rounding errors.
 ///
 /// Source: Featherstone, chapter 6, for the factors; chapter 9 (hybrid dynamics) for joints whose acceleration is
 /// given.
@@ -24,11 +24,11 @@ impl Factor {
         Factor { l: vec![0.0; tree.entries()], inverse: vec![0.0; tree.velocities()] }
     }
 
-    /// Factorises a matrix plus a diagonal, `added`. Time: sum of the squares of depths at most.
+    /// Factorises the sum of a matrix and the diagonal matrix `added`. Complexity: at most the sum of squared depths.
     ///
     /// # Errors
     ///
-    /// The velocity whose pivot is 0 to rounding, or not a number.
+    /// Returns the index of a velocity whose pivot is 0 up to rounding, or NaN.
     pub fn update(&mut self, tree: &Tree, matrix: &[f64], added: &[f64], held: &[bool]) -> Result<(), usize> {
         self.l.copy_from_slice(matrix);
         for k in (0..added.len()).rev() {
@@ -39,7 +39,7 @@ impl Factor {
                 continue;
             }
             let pivot = self.l[last] + added[k];
-            // written so that NaN is refused, too
+            // The condition is negated so that NaN is rejected, too.
             let sound = pivot > SINGULAR * (matrix[last] + added[k]) && pivot > 0.0;
             if !sound {
                 return Err(k);
@@ -55,7 +55,7 @@ impl Factor {
                     continue;
                 }
                 let factor = row[m] * inverse;
-                // the way to the root from i is the beginning of the way from k
+                // The path of row i is a prefix of the path of row k.
                 let target = &mut above[tree.rows[i]..tree.rows[i] + m + 1];
                 for (x, y) in target.iter_mut().zip(&row[..m + 1]) {
                     *x -= factor * y;
@@ -66,14 +66,14 @@ impl Factor {
         Ok(())
     }
 
-    /// Returns the entries of a row of L left of its diagonal, with their columns.
+    /// Returns the entries of a row of L left of the diagonal, with their columns.
     #[inline]
     pub fn row<'a>(&'a self, tree: &'a Tree, k: usize) -> impl Iterator<Item = (f64, u32)> + 'a {
         let range = tree.rows[k]..tree.rows[k + 1] - 1;
         self.l[range.clone()].iter().copied().zip(tree.columns[range].iter().copied())
     }
 
-    /// Replaces `x` = L v by v. Time: entries of L.
+    /// Replaces `x` = L v by v. Complexity: number of entries of L.
     pub fn finish(&self, tree: &Tree, x: &mut [f64]) {
         for k in 0..x.len() {
             let (first, last) = (tree.rows[k], tree.rows[k + 1] - 1);
@@ -85,7 +85,7 @@ impl Factor {
         }
     }
 
-    /// Replaces `x` by the solution of M y = x, with 0 for held velocities. Time: entries of L, twice.
+    /// Replaces `x` by the solution y of M y = x, which is 0 for held velocities. Complexity: number of entries of L.
     pub fn solve(&self, tree: &Tree, x: &mut [f64]) {
         for k in (0..x.len()).rev() {
             let (first, last) = (tree.rows[k], tree.rows[k + 1] - 1);

@@ -1,4 +1,4 @@
-//! A step of time of trees that touch each other or what stands still.
+//! A time step of trees that touch each other or other bodies.
 
 use nalgebra::Vector3;
 
@@ -13,69 +13,70 @@ use crate::{
     vector::{Vec3, dot},
 };
 
-/// Most times that laws of joints and of contacts are solved one after the other.
+/// Maximum number of rounds, in each of which first the joints and then the contacts are solved.
 const ROUNDS: usize = 8;
-/// Most sweeps over all contacts in a round.
+/// Maximum number of sweeps over all contacts in a round.
 const SWEEPS: usize = 32;
-/// Velocity that a contact may lack after a sweep, m/s: impulses that change it by less are found.
+/// Tolerance of the sweeps, m/s: they have converged if no impulse changes the velocity of its contact by more.
 const FOUND: f64 = 1e-11;
-/// Change of velocities in a step, m/s or rad/s, below which bias forces are not computed again: the velocities would
-/// change by a thousandth of it.
+/// Change of velocities in a step, m/s or rad/s, below which bias forces are not recomputed: this would change the
+/// velocities by only a thousandth of it.
 const STEADY: f64 = 1e-7;
-/// Speed of an impact below which bodies do not bounce, m/s.
+/// Impact speed below which bodies do not bounce, m/s.
 const RESTING: f64 = 0.01;
 
-/// How the step of a group went.
+/// Statistics of a step of a group.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct GroupReport {
-    /// Most rounds, of joints and then of contacts, that one of the two passes took.
+    /// Number of rounds, of joints and then of contacts, in that of the two passes which needed more.
     pub rounds: usize,
-    /// Sweeps over all contacts.
+    /// Number of sweeps over all contacts.
     pub sweeps: usize,
-    /// Whether the laws of all joints and contacts were met together. If not, joints and contacts each bear forces that
-    /// are allowed, but some bodies may have approached more than they should.
+    /// Whether the laws of all joints and contacts were met simultaneously. If not, all forces are within their bounds,
+    /// but some bodies may have approached each other more than allowed.
     pub met: bool,
 }
 
-/// Moves trees that touch. Owns all room that a step needs beyond that of its members.
+/// Moves trees that touch. Owns all memory that a step needs in addition to that of its members.
 ///
-/// A step depends on its arguments only, not on the steps before.
+/// The result of a step depends only on its arguments, not on previous steps.
 #[derive(Debug, Clone, Default)]
 pub struct Group {
     rows: Rows,
     /// Impulses along the rows of each contact, N s.
     impulses: Vec<Vec3>,
-    /// Whether the laws of each member were met by its last solution.
+    /// Whether the last solution of each member meets all its laws.
     met: Vec<bool>,
     /// Whether each contact bounces in this step.
     bounces: Vec<bool>,
-    /// Speeds at which contacts that overlap are to part, m/s.
+    /// Desired separation speed of each contact, m/s; 0 unless the bodies overlap.
     speeds: Vec<f64>,
-    /// The factorisation that the rows of each member come from.
+    /// For each member, the number of the factorisation from which its rows were computed.
     renewals: Vec<u64>,
-    /// Forms of the laws of all joints in the round before.
+    /// Pieces of the laws of all joints in the previous round.
     forms: Vec<Piece>,
     velocities: Vec<f64>,
 }
 
 impl Group {
-    /// Makes an empty group; it grows with what it is given.
+    /// Creates an empty group, which allocates memory as members and contacts are added.
     pub fn new() -> Self {
         Group::default()
     }
 
-    /// Moves all members by a time `h`, s, under gravity, m/s². Forces are those of the pose that half a step at the
-    /// old velocities leads to, and the mean velocity. Contacts are rigid with Coulomb's friction; bodies that overlap
-    /// part by positions only, so that they have no momentum afterwards.
+    /// Moves all members by a time `h`, s, under gravity, m/s². Forces are evaluated at the pose after half a step at
+    /// the old velocities, and at the mean of old and new velocities. Contacts are rigid, with Coulomb friction;
+    /// overlaps are removed by position changes only, which add no momentum.
     ///
-    /// Joints and contacts are solved in turns: all joints exactly, with the forces of contacts; then all contacts by
-    /// Gauss-Seidel, with the compliance of the joints as they are. Where no joint changes between holding and yielding,
-    /// one turn suffices. Time: as the step of each tree, and the depth of each contact for each sweep.
+    /// Joints and contacts are solved alternately: all joints exactly, under the current contact forces; then all
+    /// contacts by Gauss-Seidel sweeps, with the current compliance of the joints. One round suffices unless a joint
+    /// changes between holding and yielding. Complexity: that of the step of each tree, plus the depth of each contact
+    /// per sweep.
     ///
     /// # Errors
     ///
-    /// As [`Solver::step`](crate::Solver::step), with the number of the member; no state is changed then. A contact
-    /// with a number that makes no sense, or with a link that does not exist.
+    /// Fails like [`Solver::step`](crate::Solver::step), with the index of the member; no state is changed then. Fails
+    /// if a contact has an invalid value, or a link that does not exist.
     pub fn step(
         &mut self,
         members: &mut [Member<'_>],
@@ -122,7 +123,7 @@ impl Group {
         Ok(report)
     }
 
-    /// Begins with the impulses of the step before.
+    /// Initialises the impulses with those of the previous step.
     fn warm_start(&mut self, members: &mut [Member<'_>], contacts: &[Contact], h: f64) {
         self.impulses.clear();
         self.bounces.clear();
@@ -136,7 +137,7 @@ impl Group {
         self.apply(members, h);
     }
 
-    /// Makes the impulses of contacts act on the members.
+    /// Adds the impulses of contacts to the forces on the members.
     fn apply(&self, members: &mut [Member<'_>], h: f64) {
         for m in members.iter_mut() {
             m.solver.step.contact.fill(0.0);
@@ -146,13 +147,13 @@ impl Group {
         }
     }
 
-    /// Solves joints and contacts in turns until none changes the other.
+    /// Solves joints and contacts alternately until neither changes the other.
     fn resolve(&mut self, members: &mut [Member<'_>], contacts: &[Contact], h: f64) -> Result<GroupReport, GroupError> {
         self.forms.clear();
         let mut sweeps = 0;
         for round in 1..=ROUNDS {
             let met = self.solve_joints(members, h)?;
-            // where no joint took another form, the sweeps have found what follows from it
+            // If no law has changed its piece, the last sweeps are still the solution of the contacts.
             let forms = std::mem::take(&mut self.forms);
             let all = members.iter().flat_map(|m| m.solver.step.pivot.forms());
             self.forms.extend(all);
@@ -173,7 +174,7 @@ impl Group {
         Ok(GroupReport { rounds: ROUNDS, sweeps, met: false })
     }
 
-    /// Solves all joints with the forces of contacts as they are; returns whether all laws are met.
+    /// Solves all joints under the current forces of contacts; returns whether all laws are met.
     fn solve_joints(&mut self, members: &mut [Member<'_>], h: f64) -> Result<bool, GroupError> {
         self.met.clear();
         let met = &mut self.met;
@@ -184,7 +185,7 @@ impl Group {
         Ok(self.met.iter().all(|met| *met))
     }
 
-    /// Computes the rows of members again whose matrix was factorised since.
+    /// Recomputes the rows of members whose matrix has been factorised since.
     fn renew(&mut self, members: &[Member<'_>]) {
         let mut renewed = false;
         for (i, member) in members.iter().enumerate() {
@@ -199,8 +200,9 @@ impl Group {
         }
     }
 
-    /// Lets contacts push joints that friction or a limit holds: where one that should part has no way to give, the rows
-    /// of its trees are those with all joints free, so that an impulse is found. The joints decide in the next round.
+    /// Allows contacts to push joints that are held by friction or a limit: if the bodies of a contact should separate
+    /// but no joint can move, the rows of its trees are computed with all joints free, so that an impulse is found. The
+    /// next round decides which joints yield.
     fn release(&mut self, members: &[Member<'_>], h: f64) {
         let mut stuck = vec![];
         for point in &self.rows.points {
@@ -217,7 +219,7 @@ impl Group {
             let mut factor = step.pivot.factor.clone();
             if factor.update(tree, &step.mass.entries, step.pivot.added(), &free).is_ok() {
                 self.rows.factorize(&factor, members, i);
-                // the rows are computed again in the next round
+                // Forces the rows to be recomputed in the next round.
                 self.renewals[i] = 0;
             }
         }
@@ -226,8 +228,8 @@ impl Group {
         }
     }
 
-    /// Sweeps over all contacts until their impulses no longer change; returns the number of sweeps, and whether they
-    /// changed at all.
+    /// Sweeps over all contacts until their impulses no longer change; returns the number of sweeps, and whether any
+    /// impulse has changed.
     fn sweep(&mut self, contacts: &[Contact], h: f64) -> (usize, bool) {
         for sweep in 1..=SWEEPS {
             let mut most = 0.0f64;
@@ -241,7 +243,8 @@ impl Group {
         (SWEEPS, true)
     }
 
-    /// Finds the normal impulse of a contact, given all others; returns by how much that changes its velocity, m/s.
+    /// Computes the normal impulse of a contact, given all other impulses; returns the change of its normal velocity,
+    /// m/s.
     fn press(&mut self, i: usize, contact: &Contact, h: f64) -> f64 {
         let point = &self.rows.points[i];
         if point.normal == 0.0 {
@@ -264,10 +267,12 @@ impl Group {
         change
     }
 
-    /// Finds the friction of a contact, given all others; returns by how much that changes its velocity, m/s.
+    /// Computes the friction impulse of a contact, given all other impulses; returns a bound of the change of its
+    /// tangential velocity, m/s.
     ///
-    /// It sticks if the force for that is below the bound. Otherwise the impulse moves against the velocity, and back
-    /// onto the circle of the bound: where that ends, it is opposed to the velocity, whatever the inertia is.
+    /// The contact sticks if the required impulse is within the bound. Otherwise a projected gradient step is done: the
+    /// impulse is changed against the velocity, then projected onto the circle of the bound. At the fixed point, the
+    /// impulse is opposed to the velocity, whatever the inertia.
     fn rub(&mut self, i: usize, contact: &Contact) -> f64 {
         let point = &self.rows.points[i];
         let [a, b, c] = point.tangents;
@@ -282,7 +287,7 @@ impl Group {
         let determinant = a * c - b * b;
         let mut new = [old1 - (c * v1 - b * v2) / determinant, old2 - (a * v2 - b * v1) / determinant];
         let length = |x: [f64; 2]| (x[0] * x[0] + x[1] * x[1]).sqrt();
-        // written so that a direction in which nothing can move takes this way, too
+        // The condition is such that a contact with an immovable tangential direction does not count as sticking.
         let sticks = length(new) <= bound && determinant > 1e-12 * a * c;
         if !sticks {
             let pace = 1.0 / (a + c);
@@ -301,7 +306,7 @@ impl Group {
         change
     }
 
-    /// Moves bodies apart that overlap at the end of the step, by positions only.
+    /// Separates bodies that overlap at the end of the step, by position changes only.
     fn part(&mut self, members: &mut [Member<'_>], contacts: &[Contact], h: f64) {
         self.rows.read(members);
         let mut speeds = std::mem::take(&mut self.speeds);
@@ -323,14 +328,14 @@ impl Group {
         self.speeds = speeds;
     }
 
-    /// Takes over the distances at the end of the step; z has the velocities at which bodies part.
+    /// Stores the distances at the end of the step; z has the separation velocities.
     fn note_distances(&self, contacts: &mut [Contact], h: f64) {
         for (contact, point) in contacts.iter_mut().zip(&self.rows.points) {
             contact.distance = point.distance + h * (0.5 * point.start[0] + self.rows.change(point, 0));
         }
     }
 
-    /// Finds, in z, velocities at which each contact opens at least at its speed.
+    /// Computes velocities, in z, at which each contact opens with at least its desired speed.
     fn impulses_of_parting(&mut self, speeds: &[f64]) {
         self.velocities.clear();
         self.velocities.resize(speeds.len(), 0.0);
@@ -354,7 +359,7 @@ impl Group {
     }
 }
 
-/// Calls a function for each member; an error names it.
+/// Calls a function for each member; adds the index of the member to an error.
 fn each(
     members: &mut [Member<'_>],
     mut call: impl FnMut(&mut Member<'_>) -> Result<(), DynamicsError>,
@@ -365,7 +370,7 @@ fn each(
     Ok(())
 }
 
-/// Refuses contacts with links that do not exist, and numbers that make no sense.
+/// Returns an error if a list has the wrong length, or a contact has a link that does not exist or an invalid value.
 fn check(members: &[Member<'_>], contacts: &[Contact]) -> Result<(), GroupError> {
     for (member, m) in members.iter().enumerate() {
         let (found, expected) = (m.carried.len(), m.tree.velocities());
@@ -380,7 +385,7 @@ fn check(members: &[Member<'_>], contacts: &[Contact]) -> Result<(), GroupError>
             return Err(GroupError::Contact { contact, why: "names a link that does not exist" });
         }
         if !c.is_sound() {
-            return Err(GroupError::Contact { contact, why: "has a number that is not finite, or is negative" });
+            return Err(GroupError::Contact { contact, why: "has a value that is not finite or out of range" });
         }
     }
     Ok(())

@@ -15,14 +15,14 @@ use crate::{
 
 /// Poses of all links, axes of all velocities and inertias in world axes, for one state.
 ///
-/// Lengths are kept relative to `origin`, a point at the root of the tree, so that a robot far from the origin of the
-/// world loses no digits.
+/// Positions are stored relative to `origin`, a point at the root of the tree, so that a robot far from the origin of
+/// the world loses no precision.
 #[derive(Debug, Clone)]
 pub struct Kinematics {
     pub(crate) origin: Vec3,
     pub(crate) rotations: Vec<Mat3>,
     pub(crate) places: Vec<Vec3>,
-    /// How each velocity, at 1, moves what it carries.
+    /// For each velocity, the motion that a unit velocity causes.
     pub(crate) axes: Vec<Motion>,
     pub(crate) inertias: Vec<Inertia>,
     /// Velocities of links.
@@ -30,7 +30,7 @@ pub struct Kinematics {
 }
 
 impl Kinematics {
-    /// Makes room for a tree, with all joints at position 0.
+    /// Allocates the memory for a tree, with all joints at position 0.
     pub fn new(tree: &Tree) -> Self {
         let n = tree.nodes.len();
         let mut out = Kinematics {
@@ -46,11 +46,11 @@ impl Kinematics {
         out
     }
 
-    /// Computes poses and velocities of all links. Time: links.
+    /// Computes poses and velocities of all links. Complexity: linear in the number of links.
     ///
     /// # Errors
     ///
-    /// The state or this object belongs to another tree, or a number is not finite.
+    /// Fails if the state or this object belongs to another tree, or a value is not finite.
     pub fn update(&mut self, tree: &Tree, state: &State) -> Result<(), DynamicsError> {
         self.belongs(tree)?;
         state.check(tree)?;
@@ -65,7 +65,7 @@ impl Kinematics {
         Ok(())
     }
 
-    /// Returns the pose of a link's frame in the world, m, or none if there is no such link.
+    /// Returns the pose of a link's frame in the world, m, or `None` if there is no such link.
     pub fn pose(&self, link: usize) -> Option<Isometry3<f64>> {
         let place = add(self.origin, *self.places.get(link)?);
         let [w, x, y, z] = quaternion_of(&self.rotations[link]);
@@ -73,24 +73,24 @@ impl Kinematics {
         Some(Isometry3::from_parts(Translation3::from(Vector3::from(place)), turned))
     }
 
-    /// Returns the angular velocity of a link, rad/s, and the velocity of one of its points, m/s, given in the world;
-    /// all in world axes. None if there is no such link.
+    /// Returns the angular velocity of a link, rad/s, and the velocity of one of its points, m/s, both in world axes;
+    /// the point is in the world frame, m. Returns `None` if there is no such link.
     pub fn velocity(&self, link: usize, point: Vector3<f64>) -> Option<(Vector3<f64>, Vector3<f64>)> {
         let motion = self.motions.get(link)?;
         let arm = sub(point.into(), self.origin);
         Some((motion.angular.into(), add(motion.linear, cross(motion.angular, arm)).into()))
     }
 
-    /// Writes the Jacobian of a point of a link, given in the world, m: 6 rows of as many columns as there are
-    /// velocities, by rows; the first three give the point's velocity, m/s, the others the link's angular velocity,
-    /// rad/s, in world axes. Time: 6 times the number of velocities.
+    /// Writes the Jacobian of a point of a link, given in the world frame, m, in row-major order: 6 rows, with one
+    /// column per velocity. The first three rows yield the point's velocity, m/s, the others the link's angular
+    /// velocity, rad/s, in world axes. Complexity: linear in the number of velocities.
     ///
-    /// Column j is the motion that velocity j, at 1, causes if it is on the way from the root to the link, and 0
+    /// Column j is the motion that a unit velocity j causes if j is on the path from the root to the link, and 0
     /// otherwise.
     ///
     /// # Errors
     ///
-    /// There is no such link, or `out` has not 6 times the number of velocities.
+    /// Fails if there is no such link, or the length of `out` is not 6 times the number of velocities.
     pub fn jacobian(
         &self,
         tree: &Tree,
@@ -117,12 +117,12 @@ impl Kinematics {
         Ok(())
     }
 
-    /// Adds to `out` the generalised forces, Nm or N, of a force, N, at a point of a link, m, and of a torque, Nm; all
-    /// in the world. The product of the Jacobian's transpose and both, without the Jacobian. Time: depth of the link.
+    /// Adds to `out` the generalised forces, Nm or N, of a force, N, at a point of a link, m, and of a torque, Nm, all
+    /// in the world frame: the product of the transposed Jacobian and the wrench. Complexity: depth of the link.
     ///
     /// # Errors
     ///
-    /// There is no such link, `out` has not as many entries as there are velocities, or a number is not finite.
+    /// Fails if there is no such link, `out` does not have one entry per velocity, or a value is not finite.
     pub fn add_force(
         &self,
         tree: &Tree,
@@ -145,7 +145,7 @@ impl Kinematics {
         Ok(())
     }
 
-    /// Refuses trees of another size than this was made for.
+    /// Returns an error if the tree does not have the size of that for which this object was created.
     pub(crate) fn belongs(&self, tree: &Tree) -> Result<(), DynamicsError> {
         let (found, expected) = (self.places.len(), tree.nodes.len());
         if found != expected {
@@ -158,7 +158,7 @@ impl Kinematics {
         Ok(())
     }
 
-    /// Returns the velocities that move a link, from the root on.
+    /// Returns the indices of the velocities that move a link, starting at the root.
     fn chain<'a>(&self, tree: &'a Tree, link: usize) -> Result<&'a [u32], DynamicsError> {
         self.belongs(tree)?;
         match tree.last.get(link) {
@@ -226,7 +226,7 @@ impl Kinematics {
         }
     }
 
-    /// Sets the axes of three velocities to those of a link that turns about its own origin.
+    /// Sets the axes of three velocities to those of a rotation of a link about its origin.
     fn turn_axes(&mut self, first: usize, turned: &Mat3, place: Vec3) {
         for k in 0..3 {
             let axis = column(turned, k);

@@ -1,18 +1,21 @@
 //! The force on one velocity as a function of that velocity at the end of a step.
 //!
-//! Drives, dry and viscous friction, springs and joint limits all give forces that never grow with the velocity. So
-//! does their sum: a falling line with corners, some of whose pieces are vertical. A drive that holds a velocity is
-//! vertical there, dry friction at 0, a limit where the joint would pass it. Since the mass matrix is positive
-//! definite, there is exactly one velocity at which all joints meet their laws.
+//! The forces of drives, dry and viscous friction, springs and joint limits never increase with the velocity, and
+//! neither does their sum: it is a non-increasing piecewise linear curve, some of whose pieces are vertical. The law of
+//! a drive that holds a velocity is vertical at this velocity, that of dry friction at 0, and that of a limit at the
+//! velocity at which the joint would pass it. Since the mass matrix is positive definite, there is exactly one set of
+//! velocities at which all joints meet their laws.
 
 use crate::motor::{Motor, within};
 
-/// Most corners of a law: 4 of the motor's curve, 10 where a line crosses it, 2 of friction, 2 of limits; and 2 spare.
+/// Maximum number of corners of a law: 4 of the motor's curve, 10 intersections of a line with it, 2 of friction, 2 of
+/// limits, and 2 spare.
 const CORNERS: usize = 20;
-/// A force that no bound reaches.
+/// A force above every finite bound.
 pub(crate) const HUGE: f64 = 1e300;
 
-/// A corner, and how fast the force falls on the piece that ends in it; infinite if that is vertical.
+/// A corner, and the slope at which the force decreases on the piece that ends there; infinite if the piece is
+/// vertical.
 #[derive(Debug, Clone, Copy)]
 struct Corner {
     velocity: f64,
@@ -20,8 +23,8 @@ struct Corner {
     slope: f64,
 }
 
-/// A law: corners by rising velocity and falling force, with a piece before, between and after them. Piece `i` ends at
-/// corner `i`; the last ends nowhere.
+/// A law: corners with increasing velocity and decreasing force, with pieces before, between and after them. Piece `i`
+/// ends at corner `i`; the last piece is unbounded.
 #[derive(Debug, Clone)]
 pub(crate) struct Law {
     count: usize,
@@ -30,21 +33,21 @@ pub(crate) struct Law {
     corners: [Corner; CORNERS],
 }
 
-/// What a piece asks of its velocity.
+/// The condition that a piece imposes on its velocity.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum Piece {
-    /// To be this, whatever the force.
+    /// The velocity has this value, whatever the force.
     Held(f64),
-    /// To meet the force `at - slope v`.
+    /// The force is `at - slope v`.
     Line { at: f64, slope: f64 },
 }
 
 impl Law {
-    /// Returns the force 0.
+    /// The law of zero force.
     pub const ZERO: Law =
         Law { count: 1, last: 0.0, corners: [Corner { velocity: 0.0, force: 0.0, slope: 0.0 }; CORNERS] };
 
-    /// Makes this the law of a motor.
+    /// Sets this to the law of a motor.
     #[inline]
     pub fn set_motor(&mut self, motor: &Motor) {
         self.count = 0;
@@ -69,7 +72,7 @@ impl Law {
         }
     }
 
-    /// Makes this the force `at - slope v`.
+    /// Sets this to the force `at - slope v`.
     #[inline]
     pub fn set_line(&mut self, at: f64, slope: f64) {
         self.count = 0;
@@ -77,7 +80,7 @@ impl Law {
         self.last = slope;
     }
 
-    /// Makes this the law of a motor whose bound depends on the velocity.
+    /// Sets this to the law of a motor whose bound depends on the velocity.
     fn set_curve(&mut self, motor: &Motor) {
         let mut at = [0.0; CORNERS];
         let count = motor.corners(&mut at);
@@ -88,7 +91,7 @@ impl Law {
             let slope = if i == 0 {
                 0.0
             } else {
-                // the piece since the last corner; it can only fall
+                // The slope since the last corner must not be negative, even by rounding.
                 ((self.corners[self.count - 1].force - high) / (v - self.corners[self.count - 1].velocity)).max(0.0)
             };
             self.push(v, high, if slope.is_finite() { slope } else { f64::INFINITY });
@@ -96,7 +99,7 @@ impl Law {
                 self.push(v, low, f64::INFINITY);
             }
         }
-        // beyond its speeds a motor gives all of its force or none
+        // Beyond its speeds, the force of a motor is constant: its maximum or 0.
         self.last = 0.0;
     }
 
@@ -110,11 +113,11 @@ impl Law {
         self.last += slope;
     }
 
-    /// Adds dry friction, up to `most` against the motion.
+    /// Adds dry friction of at most `most` against the motion.
     pub fn add_friction(&mut self, most: f64) {
         let before = self.below(|v| v < 0.0);
         let after = self.below(|v| v <= 0.0);
-        // a vertical piece at 0 grows; otherwise one is put in
+        // A vertical piece at velocity 0 is extended; without one, it is inserted.
         let missing = 2usize.saturating_sub(after - before);
         if self.count + missing > CORNERS {
             return;
@@ -134,7 +137,7 @@ impl Law {
         }
     }
 
-    /// Allows no velocity outside of a range: beyond, there is a force as great as it takes.
+    /// Restricts the velocity to a range, at whose ends the law becomes vertical.
     pub fn restrict(&mut self, low: f64, high: f64) {
         if low >= high {
             self.count = 0;
@@ -167,7 +170,7 @@ impl Law {
         }
     }
 
-    /// Returns what a piece asks.
+    /// Returns the condition of a piece.
     #[inline]
     pub fn piece(&self, piece: usize) -> Piece {
         let (corner, slope) = (piece.saturating_sub(1), self.slope(piece));
@@ -178,7 +181,7 @@ impl Law {
         }
     }
 
-    /// Returns the velocity, moved to the nearest of a piece.
+    /// Returns the velocity on a piece that is nearest to `v`.
     #[inline]
     pub fn nearest(&self, piece: usize, v: f64) -> f64 {
         let mut out = v;
@@ -191,13 +194,13 @@ impl Law {
         out
     }
 
-    /// Returns the piece next to the given one that a solution asks for, or none if velocity and force lie on it,
-    /// within the tolerances.
+    /// Returns the piece adjacent to the given one to which a solution belongs, or `None` if its velocity and force are
+    /// on the given piece, within the tolerances.
     #[inline]
     pub fn better(&self, piece: usize, v: f64, force: f64, tolerance: (f64, f64)) -> Option<usize> {
         let slope = self.slope(piece);
         let held = slope == f64::INFINITY;
-        // on a steep piece, little velocity is much force: not more than 1000 times its tolerance
+        // On a steep piece, a small error of velocity is a large error of force; limit it to 1000 times the tolerance.
         let slack = tolerance.0.min(1e3 * tolerance.1 / slope + 1e-15 * v.abs());
         if piece < self.count {
             let beyond = if held {
@@ -222,17 +225,17 @@ impl Law {
         None
     }
 
-    /// Returns the piece on which a mass on its own would end a step: the first guess.
+    /// Returns the piece on which an isolated mass would be at the end of a step, as the first guess.
     ///
-    /// `pull` is mass over step times velocity less the other forces, so that the mass ends where
-    /// `inertia v - pull` is the law's force.
+    /// `inertia` is mass over step duration, and `pull` is `inertia` times the old velocity minus the bias force, so
+    /// that the new velocity is where the law's force equals `inertia v - pull`.
     #[inline]
     pub fn guess(&self, inertia: f64, pull: f64) -> usize {
         let ahead = |i: &usize| inertia * self.corners[*i].velocity - pull < self.corners[*i].force;
         (0..self.count).take_while(ahead).count()
     }
 
-    /// Returns the velocities that the law allows.
+    /// Returns the minimum and maximum velocity that the law allows.
     #[inline]
     pub fn domain(&self) -> (f64, f64) {
         let low = if self.slope(0) == f64::INFINITY { self.corners[0].velocity } else { f64::NEG_INFINITY };
@@ -241,7 +244,7 @@ impl Law {
         (low, high)
     }
 
-    /// Returns the force on a piece, or on the line that it is part of; at a vertical one, that of its corner.
+    /// Returns the force at `v` on a piece or its extension; for a vertical piece, that of its corner.
     #[inline]
     fn line(&self, piece: usize, v: f64) -> f64 {
         match self.piece(piece) {
@@ -250,7 +253,7 @@ impl Law {
         }
     }
 
-    /// Returns how fast the force falls on a piece.
+    /// Returns the slope at which the force decreases on a piece.
     #[inline(always)]
     fn slope(&self, piece: usize) -> f64 {
         if piece < self.count { self.corners[piece].slope } else { self.last }
@@ -271,7 +274,7 @@ impl Law {
         }
     }
 
-    /// Puts a corner in at `i`; the piece that was split goes on behind it, and `slope` is that of the part before.
+    /// Inserts a corner at index `i`, which splits a piece; `slope` is that of the part before the corner.
     fn insert(&mut self, i: usize, velocity: f64, force: f64, slope: f64) {
         if self.count < CORNERS {
             self.corners.copy_within(i..self.count, i + 1);

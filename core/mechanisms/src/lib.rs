@@ -1,17 +1,19 @@
 //! Kinematics and dynamics of trees of rigid links, with drives, friction and joint limits.
 //!
-//! - [`Tree`]: the description of links and joints, checked once; a [`State`] holds positions and velocities;
+//! - [`Tree`]: the validated description of links and joints; a [`State`] holds positions and velocities;
 //! - [`Kinematics`]: poses and velocities of links, Jacobians of their points;
 //! - [`Dynamics`]: mass matrix, bias forces, inverse and forward dynamics, energy;
-//! - [`Drives`]: what acts on the joints; a [`Solver`] moves a state a step on, and tells the [`Efforts`];
-//! - [`Contact`]: points at which trees touch each other or something else; a [`Group`] moves them together.
+//! - [`Drives`]: drives, springs and forces on the joints; a [`Solver`] advances a state by a step and computes
+//!   [`Efforts`];
+//! - [`Contact`]: points at which trees touch each other or other bodies; a [`Group`] advances several trees together.
 //!
-//! Units are SI, angles in rad; vectors are in the world unless something else is said. Nothing allocates after `new`
-//! (a group grows with what it is given), and a result depends on its arguments only, to the bit, on every processor:
-//! the crate adds, multiplies, divides and takes roots in a fixed order, and has sine and cosine from `libm`. Files
-//! import downwards in this order: `vector`, `spatial`, `error`, `link`, `tree`, `state`, `kinematics`, `newton_euler`,
-//! `composite`, `factor`, `dynamics`; `drive`, `motor`, `law`, `pivot`, `step`, `solver`; `contact`, `member`, `rows`,
-//! `group`. Equations, sources and gaps are in `docs/mechanisms.md`.
+//! Units are SI, with angles in rad; vectors are in the world frame unless stated otherwise. Nothing allocates memory
+//! after `new`, except that a group grows with its members and contacts. Results depend only on their arguments, and
+//! are identical to the bit on every processor: the crate adds, multiplies, divides and computes square roots in a
+//! fixed order, and uses sine and cosine of `libm`. Each file imports only from those before it in this order:
+//! `vector`, `spatial`, `error`, `link`, `tree`, `state`, `kinematics`, `newton_euler`, `composite`, `factor`,
+//! `dynamics`; `drive`, `motor`, `law`, `pivot`, `step`, `solver`; `contact`, `member`, `rows`, `group`. Equations,
+//! sources and limitations are in `docs/mechanisms.md`.
 //!
 //! ```
 //! use nalgebra::{Isometry3, Matrix3, Vector3};

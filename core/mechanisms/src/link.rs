@@ -1,29 +1,29 @@
-//! What describes a link and the joint that carries it, and the checks of both.
+//! The description of a link and its joint, and their validation.
 
 use nalgebra::{Isometry3, Matrix3, Vector3};
 
 use crate::error::TreeError;
 
-/// How a link moves relative to its parent. Every joint lies in the origin of the link's own frame.
+/// The motion of a link relative to its parent. The joint is at the origin of the link's frame.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Joint {
-    /// Not at all.
+    /// No motion.
     Fixed,
-    /// It turns about a unit axis, in the link's frame; position in rad.
+    /// Rotation about a unit axis in the link's frame; position in rad.
     Revolute(Vector3<f64>),
-    /// It slides along a unit axis, in the link's frame; position in m.
+    /// Translation along a unit axis in the link's frame; position in m.
     Prismatic(Vector3<f64>),
-    /// It turns any way. Position: a unit quaternion, w, x, y, z, from the link's frame to its frame at rest. Velocity:
-    /// the angular velocity relative to the parent in the link's own axes, rad/s.
+    /// Rotation about any axis. Position: a unit quaternion, w, x, y, z, from the link's frame to its frame at position
+    /// 0. Velocity: the angular velocity relative to the parent in the link's own axes, rad/s.
     Spherical,
-    /// It moves any way in the world; only links without a parent can be free, and [`Link::frame`] does not count.
-    /// Position: origin in the world, m, and unit quaternion, w, x, y, z. Velocity: of the origin in world axes, m/s,
-    /// and the angular velocity in the link's own axes, rad/s. The same layout as MuJoCo's.
+    /// Free motion in the world; only for links without a parent, whose [`Link::frame`] is ignored. Position: origin in
+    /// the world, m, and unit quaternion, w, x, y, z. Velocity: that of the origin in world axes, m/s, and the angular
+    /// velocity in the link's own axes, rad/s. The layout is that of MuJoCo.
     Free,
 }
 
 impl Joint {
-    /// Returns the number of velocities.
+    /// Returns the number of velocities of the joint: its degrees of freedom.
     pub fn velocities(&self) -> usize {
         match self {
             Joint::Fixed => 0,
@@ -32,7 +32,7 @@ impl Joint {
             Joint::Free => 6,
         }
     }
-    /// Returns the number of positions: one more than of velocities where there is a quaternion.
+    /// Returns the number of positions, which is one more than that of velocities if there is a quaternion.
     pub fn positions(&self) -> usize {
         match self {
             Joint::Spherical => 4,
@@ -42,34 +42,34 @@ impl Joint {
     }
 }
 
-/// A rigid link and the joint that carries it.
+/// A rigid link and the joint that connects it to its parent.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Link {
-    /// Index of the link that carries it, which comes before it; none: the world.
+    /// Index of the parent, which must be an earlier link; `None`: the world.
     pub parent: Option<usize>,
-    /// Pose of the link's frame in its parent's at joint position 0; lengths in m.
+    /// Pose of the link's frame in its parent's frame at joint position 0; lengths in m.
     pub frame: Isometry3<f64>,
-    /// How it moves there.
+    /// The joint to the parent.
     pub joint: Joint,
-    /// kg; 0 for a link without mass.
+    /// Mass, kg; may be 0.
     pub mass: f64,
     /// Centre of mass in the link's frame, m.
     pub center: Vector3<f64>,
     /// Inertia about the centre of mass, in the link's axes, kg m².
     pub inertia: Matrix3<f64>,
-    /// Inertia of a motor's rotor as the joint feels it, that is times the square of the gear's ratio: kg m², or kg for
-    /// a prismatic joint. Added to the diagonal of the mass matrix; of 3 or 6 velocities, to each.
+    /// Inertia of a motor's rotor, reflected to the joint (multiplied by the squared gear ratio): kg m², or kg for a
+    /// prismatic joint. Added to the diagonal of the mass matrix for each velocity of the joint.
     pub armature: f64,
-    /// Viscous friction, Nm s/rad or N s/m, of each velocity.
+    /// Viscous friction of each velocity, Nm s/rad or N s/m.
     pub damping: f64,
-    /// Dry friction, Nm or N, of each velocity: the most that it resists with.
+    /// Maximum dry friction of each velocity, Nm or N.
     pub friction: f64,
-    /// Least and greatest position, rad or m, of revolute and prismatic joints.
+    /// Minimum and maximum position of a revolute or prismatic joint, rad or m.
     pub limits: Option<[f64; 2]>,
 }
 
 impl Link {
-    /// Returns a link without friction, armature and limits. Lengths in m; see the fields.
+    /// Returns a link without friction, armature and limits; the units are those of the fields.
     pub fn new(
         parent: Option<usize>,
         frame: Isometry3<f64>,
@@ -81,8 +81,8 @@ impl Link {
         Link { parent, frame, joint, mass, center, inertia, armature: 0.0, damping: 0.0, friction: 0.0, limits: None }
     }
 
-    /// Checks everything that does not depend on other links. `link` is its number, for the error; `real`: whether the
-    /// inertia must be that of a rigid body.
+    /// Checks everything that does not depend on other links. `link` is the index of the link, for the error; `real`
+    /// states whether the inertia must be that of a rigid body.
     pub(crate) fn check(&self, link: usize, real: bool) -> Result<(), TreeError> {
         let rotation = self.frame.rotation.quaternion().coords;
         let axis = match self.joint {
@@ -98,7 +98,7 @@ impl Link {
             ("armature", self.armature.is_finite()),
             ("damping", self.damping.is_finite()),
             ("friction", self.friction.is_finite()),
-            // an infinite limit is no limit
+            // An infinite limit is allowed, and means none.
             ("limits", self.limits.is_none_or(|l| !l[0].is_nan() && !l[1].is_nan())),
         ];
         if let Some((what, _)) = finite.iter().find(|(_, ok)| !ok) {
@@ -117,21 +117,21 @@ impl Link {
         }
         if let Some([low, high]) = self.limits {
             if axis.is_none() {
-                return Err(TreeError::Joint { link, why: "only revolute and prismatic joints have limits" });
+                return Err(TreeError::Joint { link, why: "only revolute and prismatic joints can have limits" });
             }
             if low > high || low == f64::INFINITY || high == f64::NEG_INFINITY {
                 return Err(TreeError::Limits { link, low, high });
             }
         }
         if self.joint == Joint::Free && self.parent.is_some() {
-            return Err(TreeError::Joint { link, why: "only a link without a parent can be free" });
+            return Err(TreeError::Joint { link, why: "only a link without a parent can have a free joint" });
         }
         let checked = if real { check_inertia(&self.inertia, self.mass) } else { check_signs(&self.inertia) };
         checked.map_err(|why| TreeError::Inertia { link, why })
     }
 }
 
-/// Checks that an inertia is symmetric, up to rounding, and has no negative moment.
+/// Checks that an inertia is symmetric up to rounding, and has no negative moment.
 fn check_signs(inertia: &Matrix3<f64>) -> Result<(), &'static str> {
     let slack = 1e-9 * inertia.amax();
     if (inertia - inertia.transpose()).amax() > slack {
@@ -141,10 +141,10 @@ fn check_signs(inertia: &Matrix3<f64>) -> Result<(), &'static str> {
     if negative { Err("a moment is negative") } else { Ok(()) }
 }
 
-/// Checks that some distribution of mass has this inertia about its centre: half of the trace less the inertia, which
-/// is the integral of r r' over the mass, must have no negative principal value.
+/// Checks that some distribution of mass has this inertia about its centre: the integral of r r' over the mass, which
+/// is half of the trace (times the identity) minus the inertia, must have no negative eigenvalue.
 ///
-/// The tolerance, 1e-9 of the trace, is for numbers that were rounded in a file.
+/// The tolerance of 1e-9 of the trace allows for values that were rounded in a file.
 fn check_inertia(inertia: &Matrix3<f64>, mass: f64) -> Result<(), &'static str> {
     let trace = inertia[(0, 0)] + inertia[(1, 1)] + inertia[(2, 2)];
     let slack = 1e-9 * trace.abs();
@@ -154,14 +154,14 @@ fn check_inertia(inertia: &Matrix3<f64>, mass: f64) -> Result<(), &'static str> 
         }
     }
     if mass == 0.0 && inertia.iter().any(|x| *x != 0.0) {
-        return Err("a link without mass has none");
+        return Err("it must be 0 if the mass is 0");
     }
     let half = 0.5 * trace;
     let p = |i: usize, j: usize| if i == j { half - inertia[(i, j)] + slack } else { -inertia[(i, j)] };
     let minor = |i: usize, j: usize| p(i, i) * p(j, j) - p(i, j) * p(j, i);
     let det = p(0, 0) * minor(1, 2) - p(0, 1) * (p(1, 0) * p(2, 2) - p(1, 2) * p(2, 0))
         + p(0, 2) * (p(1, 0) * p(2, 1) - p(1, 1) * p(2, 0));
-    // principal minors of a matrix that is at least `slack` away from negative values; the last terms are for rounding
+    // Principal minors of the matrix, shifted by `slack`; the last terms are a tolerance for rounding.
     let (square, cube) = (1e-15 * trace * trace, 1e-15 * trace * trace * trace.abs());
     let ok = (0..3).all(|i| p(i, i) >= 0.0)
         && minor(0, 1) >= -square

@@ -1,18 +1,18 @@
-//! One tree of a group.
+//! A member of a group.
 
 use crate::{drive::Drives, solver::Solver, state::State, tree::Tree};
 
-/// One tree of a group, and all that a step of it needs.
+/// One tree of a group, and everything that its step needs.
 #[derive(Debug)]
 pub struct Member<'a> {
-    /// Its links.
+    /// The links and joints.
     pub tree: &'a Tree,
     /// Positions and velocities.
     pub state: &'a mut State,
-    /// What acts on its joints.
+    /// Drives, springs and forces on the joints.
     pub drives: &'a Drives,
-    /// Room for the step, made for the tree.
+    /// The solver, which must have been created for the tree.
     pub solver: &'a mut Solver,
-    /// Efforts of its drives, Nm or N: in the step before, then in this one. One for each velocity.
+    /// Efforts of the drives, Nm or N, one per velocity. Input: those of the previous step; output: those of this step.
     pub carried: &'a mut [f64],
 }

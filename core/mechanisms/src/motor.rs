@@ -1,13 +1,13 @@
-//! One drive at one instant: the forces that it can give at a velocity.
+//! One drive in one step: its possible forces as a function of the velocity.
 
 use crate::drive::Bound;
 
-/// A drive with its position put in.
+/// A drive at a known position, so that its force depends only on the velocity.
 #[derive(Debug, Clone, Copy)]
 pub(crate) enum Motor {
-    /// Any force of its bound at the target, all of it elsewhere.
+    /// Any force within the bound at the target velocity, and the maximum force elsewhere.
     Hold { target: f64, bound: Bound },
-    /// The force `at - slope v`, within its bound.
+    /// The force `at - slope v`, limited to the bound.
     Line { at: f64, slope: f64, bound: Bound },
 }
 
@@ -15,7 +15,7 @@ impl Motor {
     /// No drive.
     pub const OFF: Motor = Motor::Line { at: 0.0, slope: 0.0, bound: Bound::NONE };
 
-    /// Returns the least and the greatest force that it can give at a velocity; they differ at a held target only.
+    /// Returns the minimum and maximum force at a velocity, which differ only at a held target.
     #[inline]
     pub fn range(&self, v: f64) -> (f64, f64) {
         match *self {
@@ -31,15 +31,15 @@ impl Motor {
         }
     }
 
-    /// Writes the velocities, in no order, between which its force is a line, and returns how many there are: 14 at
-    /// most. Its bound must depend on the velocity.
+    /// Writes the velocities, unordered, between which the force is linear, and returns their number, at most 14. The
+    /// bound must depend on the velocity.
     pub fn corners(&self, out: &mut [f64]) -> usize {
         let (Motor::Hold { bound, .. } | Motor::Line { bound, .. }) = *self;
         let (full, none) = (bound.full_speed, bound.no_load_speed);
         let ends = [-none, -full, full, none];
         let mut count = 0;
         let mut push = |v: f64| {
-            // a speed of 0 gives the same end twice
+            // A full speed of 0 would yield the same corner twice.
             if count < out.len() && v.is_finite() && !out[..count].contains(&v) {
                 out[count] = v;
                 count += 1;
@@ -50,7 +50,7 @@ impl Motor {
             Motor::Hold { target, .. } => push(target),
             Motor::Line { at, slope, .. } => {
                 let fall = bound.force / (none - full);
-                // where it crosses a flat part, and where a falling one
+                // Intersections of the line with the constant and the decreasing parts of the bound.
                 for force in [bound.force, -bound.force, 0.0] {
                     push((at - force) / slope);
                 }
@@ -62,7 +62,8 @@ impl Motor {
     }
 }
 
-/// Returns the nearest number of a range. Unlike `clamp`, it does not panic where overflow made an end not a number.
+/// Returns the value in a range that is nearest to `x`. Unlike `clamp`, it does not panic if overflow has made an end
+/// NaN.
 #[inline(always)]
 pub(crate) fn within(x: f64, low: f64, high: f64) -> f64 {
     let x = if x < low { low } else { x };
@@ -70,7 +71,7 @@ pub(crate) fn within(x: f64, low: f64, high: f64) -> f64 {
 }
 
 impl Bound {
-    /// Returns the least and the greatest force at a velocity.
+    /// Returns the minimum and maximum force at a velocity.
     #[inline]
     pub(crate) fn range(&self, v: f64) -> (f64, f64) {
         if self.full_speed == f64::INFINITY {

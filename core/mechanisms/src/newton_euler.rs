@@ -1,4 +1,4 @@
-//! The recursive Newton-Euler sweep: forces that an acceleration needs.
+//! The recursive Newton-Euler algorithm: the forces that cause given accelerations.
 
 use crate::{
     kinematics::Kinematics,
@@ -7,7 +7,7 @@ use crate::{
     vector::{Vec3, scale},
 };
 
-/// Room for one sweep: velocity, acceleration and force of each link.
+/// Memory of the algorithm: velocity, acceleration and force of each link.
 #[derive(Debug, Clone)]
 pub(crate) struct Sweep {
     velocities: Vec<Motion>,
@@ -25,10 +25,11 @@ impl Sweep {
         }
     }
 
-    /// Writes the generalised forces that links with the given velocities need to accelerate as given, without those of
-    /// armatures; without accelerations: the bias forces (Coriolis, centrifugal, gravity).
+    /// Writes the generalised forces that cause the given accelerations at the given velocities, without those of
+    /// armatures. Without accelerations, these are the bias forces (Coriolis, centrifugal, gravity).
     ///
-    /// Source: Featherstone, chapter 5, here in world axes. Gravity is an acceleration of the root the other way.
+    /// Source: Featherstone, chapter 5, here in world axes. Gravity is modelled as an opposite acceleration of the
+    /// root.
     pub fn run(
         &mut self,
         tree: &Tree,
@@ -48,14 +49,14 @@ impl Sweep {
             let mut first = node.velocity;
             let end = first + node.velocities;
             if let Kind::Free = node.kind {
-                // axes of the world: they do not turn with the link
+                // World axes do not rotate with the link.
                 for k in 0..3 {
                     velocity.linear[k] += v[first + k];
                 }
                 first += 3;
             }
-            // Axes at rest in the parent turn with it, those at rest in the link with the link; both have the same
-            // derivative, since what the axes of one joint add to it cancels in the sum.
+            // An axis may be fixed in the parent or in the link. The derivative is the same, because the contributions
+            // of the axes of one joint cancel in the sum.
             let moving = velocity;
             for (axis, &speed) in kinematics.axes[first..end].iter().zip(&v[first..end]) {
                 let step = axis.times(speed);
@@ -84,7 +85,7 @@ impl Sweep {
         }
     }
 
-    /// Returns the kinetic energy of the links, J, without armatures, after a run.
+    /// Returns the kinetic energy of the links without armatures, J, after [`run`](Self::run).
     pub fn kinetic(&self, kinematics: &Kinematics) -> f64 {
         let pairs = self.velocities.iter().zip(&kinematics.inertias);
         pairs.map(|(v, inertia)| 0.5 * v.dot(&inertia.times(v))).sum()

@@ -1,14 +1,15 @@
-//! Finds the velocities at which all joints of a tree meet their laws at once.
+//! Finds the velocities at which all joints of a tree meet their laws simultaneously.
 //!
-//! With a choice of one piece for each law, the problem is linear: velocities on vertical pieces are known, the others
-//! follow from one solution along the tree. Laws whose solution lies off their piece move on to the next one. Moving
-//! all of them at once mostly ends after one to three solutions, but may cycle; then single moves, the first law first,
-//! take over until fewer laws are off than ever before.
+//! With one piece selected for each law, the problem is linear: velocities on vertical pieces are known, and the others
+//! are found by one linear solve along the tree. Laws whose solution is not on the selected piece then select the
+//! adjacent one. Moving all such laws at once usually needs one to three solves, but may cycle. If the number of
+//! violated laws does not decrease, only the first of them is moved, until fewer laws are violated than ever before.
 //!
 //! Source: Júdice and Pires, A block principal pivoting algorithm for large-scale strictly monotone linear
-//! complementarity problems, Computers & Operations Research 21, 1994, for laws of two pieces; that single moves by the
-//! least index end for a positive definite matrix is Murty's result, cited there. For laws of more pieces there is no
-//! proof here, so that the number of solutions is bounded, and what is left after it is met by forces that are allowed.
+//! complementarity problems, Computers & Operations Research 21, 1994, for laws of two pieces; the paper cites Murty's
+//! proof that single moves by the least index terminate for a positive definite matrix. For laws of more pieces there
+//! is no such proof here, so the number of solves is limited; if it is reached, the step uses forces within their
+//! bounds.
 
 use crate::{
     composite::MassMatrix,
@@ -17,36 +18,36 @@ use crate::{
     tree::Tree,
 };
 
-/// Block moves that may fail to leave fewer laws off before single moves begin.
+/// Number of block moves without a decrease of violated laws after which single moves are used.
 const PATIENCE: usize = 4;
 
-/// How a solution was found.
+/// Statistics of a search.
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct Search {
-    /// Linear solutions.
+    /// Number of linear solves.
     pub solutions: usize,
     /// Whether all laws are met.
     pub met: bool,
 }
 
 impl Search {
-    /// Returns this search and the one that went on from it.
+    /// Returns the combined statistics of this search and the one that continued it.
     pub fn and(self, next: Search) -> Search {
         Search { solutions: self.solutions + next.solutions, met: next.met }
     }
 }
 
-/// Laws of all velocities, and room to solve them.
+/// The laws of all velocities, and the memory to solve them.
 #[derive(Debug, Clone)]
 pub(crate) struct Pivot {
     pub laws: Vec<Law>,
-    /// The piece that each law is on.
+    /// The selected piece of each law.
     pub pieces: Vec<usize>,
     /// Velocities at the end of the step.
     pub ends: Vec<f64>,
     /// Forces of the laws.
     pub forces: Vec<f64>,
-    /// Accelerations: velocities at the end less those at the beginning, over the step.
+    /// Accelerations: change of velocities divided by the duration of the step.
     pub accelerations: Vec<f64>,
     next: Vec<usize>,
     held: Vec<bool>,
@@ -54,9 +55,9 @@ pub(crate) struct Pivot {
     product: Vec<f64>,
     pub factor: Factor,
     factored: bool,
-    /// Factorisations so far.
+    /// Number of factorisations so far.
     pub renewals: u64,
-    /// Most linear solutions of a search.
+    /// Maximum number of linear solves of a search.
     pub most: usize,
 }
 
@@ -80,17 +81,18 @@ impl Pivot {
         }
     }
 
-    /// Returns what each law asks for on its piece.
+    /// Returns the condition of the selected piece of each law.
     pub fn forms(&self) -> impl Iterator<Item = Piece> + '_ {
         self.laws.iter().zip(&self.pieces).map(|(law, piece)| law.piece(*piece))
     }
 
-    /// Returns what was added to the diagonal of the mass matrix in the last factorisation.
+    /// Returns the values that were added to the diagonal of the mass matrix in the last factorisation.
     pub fn added(&self) -> &[f64] {
         &self.added
     }
 
-    /// Begins a step with new laws and a new mass matrix: guesses each piece as if its velocity were alone.
+    /// Begins a step with new laws and a new mass matrix: guesses each piece as if its velocity were decoupled from the
+    /// others.
     pub fn begin(&mut self, tree: &Tree, mass: &MassMatrix, bias: &[f64], v: &[f64], h: f64) {
         self.factored = false;
         for (d, (v, bias)) in v.iter().zip(bias).enumerate() {
@@ -99,16 +101,16 @@ impl Pivot {
         }
     }
 
-    /// Goes on with a new mass matrix, and laws and pieces as they are.
+    /// Continues with a new mass matrix, and the current laws and pieces.
     pub fn renew(&mut self) {
         self.factored = false;
     }
 
-    /// Solves M (ends - v) / h + bias = law(ends), beginning from the pieces at hand.
+    /// Solves M (ends - v) / h + bias = law(ends), starting with the current pieces.
     ///
     /// # Errors
     ///
-    /// The velocity at which the mass matrix is singular.
+    /// Returns the index of the velocity at which the mass matrix is singular.
     pub fn solve(&mut self, tree: &Tree, mass: &MassMatrix, bias: &[f64], v: &[f64], h: f64) -> Result<Search, usize> {
         let (mut fewest, mut patience) = (usize::MAX, PATIENCE);
         for solution in 1..=self.most {
@@ -140,8 +142,8 @@ impl Pivot {
         Ok(Search { solutions: self.most, met: false })
     }
 
-    /// Solves with the forces `at - slope v`, whatever the laws say; only the velocities that they allow stay. Joints
-    /// that meet a limit stop there, if need be until the next step.
+    /// Solves with the forces `at - slope v` in place of the laws, of which only the allowed range of velocities is
+    /// kept. A joint that reaches a limit is stopped there until the end of the step.
     pub fn settle(
         &mut self,
         tree: &Tree,
@@ -157,7 +159,7 @@ impl Pivot {
             self.laws[d].restrict(low, high);
             self.pieces[d] = usize::from(low > f64::NEG_INFINITY);
         }
-        // at most three moves of each: past the corner at 0, and onto a limit
+        // Each velocity moves at most three times: past the corner at 0, and onto a limit.
         for _ in 0..=3 * v.len() {
             self.linear(tree, mass, bias, v, h)?;
             let mut moved = false;
@@ -176,7 +178,7 @@ impl Pivot {
         Ok(())
     }
 
-    /// Solves for the pieces at hand.
+    /// Solves the linear problem of the current pieces.
     fn linear(&mut self, tree: &Tree, mass: &MassMatrix, bias: &[f64], v: &[f64], h: f64) -> Result<(), usize> {
         let n = v.len();
         let mut any_held = false;
@@ -210,7 +212,7 @@ impl Pivot {
         if moving {
             mass.add_product(tree, &self.accelerations, &mut self.product);
         }
-        // accelerations of what is free; those of what is held are kept aside in `ends`
+        // Set up the right-hand side for free velocities; accelerations of held ones can be restored from `ends`.
         for d in 0..n {
             self.accelerations[d] = if self.held[d] { 0.0 } else { self.forces[d] - self.product[d] };
         }

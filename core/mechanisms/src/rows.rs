@@ -1,9 +1,9 @@
-//! The velocities of points of contact as rows over the velocities of trees.
+//! Jacobian rows of contacts, which map the velocities of trees to those of contact points.
 //!
 //! With M = L'DL and z = L v, a row J becomes y = L^-T J', which is 0 except on the path from the body to the root. An
-//! impulse l along the row changes z by D^-1 y l, and the velocity of the row is y.z: a sweep over the rows costs the
-//! depth of each, not the number of velocities. The same holds for the matrix of a step with stiff drives and springs,
-//! which [`Pivot`](crate::pivot::Pivot) factorises.
+//! impulse l along the row changes z by D^-1 y l, and the velocity of the row is y.z. The cost of a sweep is therefore
+//! the sum of the depths of the rows, not of the numbers of velocities. The same holds for the matrix of a step with
+//! stiff drives and springs, which [`Pivot`](crate::pivot::Pivot) factorises.
 //!
 //! Source: Featherstone, chapter 6, for the sparsity; `docs/mechanisms.md` derives the rest.
 
@@ -16,15 +16,16 @@ use crate::{
     vector::{Vec3, ZERO, add, cross, dot, scale, sub},
 };
 
-/// Least response of a contact along its normal, in units of that of the two links if nothing held them: below, the
-/// contact bears nothing. With anything but a link of the same tree, and with one.
+/// Minimum response of a contact along its normal, relative to that of the two links without joints; a contact with a
+/// smaller response transmits no force. The first value is for contacts of different trees or with other bodies, the
+/// second for contacts between links of the same tree.
 ///
-/// Where joints leave a contact hardly any way to give, as between a drawer and its rails, the slightest tilt of the
-/// normal would turn into forces so great that what sweeps leave of them throws the furniture about. The second bound is
-/// a tilt of 0.6 degrees.
+/// If the joints hardly allow motion along the normal, as between a drawer and its rails, the slightest tilt of the
+/// normal would cause very large forces, whose residuals after the sweeps would move the whole body. The second value
+/// corresponds to a tilt of 0.6 degrees.
 const IMMOVABLE: [f64; 2] = [1e-9, 1e-4];
 
-/// The part of a row on one tree: where its columns begin and end.
+/// The part of a row that belongs to one tree: a range of columns.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Half {
     pub member: usize,
@@ -37,23 +38,25 @@ pub(crate) struct Half {
 pub(crate) struct Point {
     pub halves: [Option<Half>; 2],
     pub axes: [Vec3; 3],
-    /// Distance half a step after the beginning, m, and velocity along the normal at the beginning, m/s.
+    /// Distance after half a step at the initial velocities, m.
     pub distance: f64,
+    /// Velocity along the normal at the start of the step, m/s.
     pub approach: f64,
-    /// Velocity of each row that does not come from links, m/s.
+    /// Velocity of each row due to bodies that are not links, m/s.
     pub drift: Vec3,
-    /// Least response that counts, 1/kg.
+    /// Minimum response of the normal, 1/kg; a smaller one counts as 0.
     least: f64,
-    /// Response: velocity per impulse, 1/kg: of the normal, and of the tangents (11, 12, 22).
+    /// Response of the normal: velocity per impulse, 1/kg.
     pub normal: f64,
+    /// Responses of the tangents, 1/kg: entries 11, 12 and 22 of a symmetric matrix.
     pub tangents: [f64; 3],
-    /// Velocity of each row before the impulses that `z` holds, m/s.
+    /// Velocity of each row before the impulses in `z`, m/s.
     pub start: Vec3,
 }
 
 impl Point {
-    /// Returns the least velocity along the normal at the end of a step of `h` s, m/s: bodies that are apart may approach
-    /// as far as they touch.
+    /// Returns the minimum velocity along the normal at the end of a step of duration `h`, m/s: bodies that are apart
+    /// may approach until they touch.
     #[inline]
     pub fn least_velocity(&self, h: f64) -> f64 {
         if self.distance > 0.0 { -2.0 * self.distance / h } else { 0.0 }
@@ -67,16 +70,17 @@ pub(crate) struct Rows {
     columns: Vec<u32>,
     jacobian: Vec<Vec3>,
     y: Vec<Vec3>,
-    /// D^-1 y.
+    /// D^-1 y of each column.
     response: Vec<Vec3>,
-    /// Changes of z by impulses, all members one after the other, and where each begins.
+    /// Changes of z by impulses, for all members in sequence.
     pub z: Vec<f64>,
+    /// Start offset of each member in `z`.
     pub offsets: Vec<usize>,
     work: Vec<Vec3>,
 }
 
 impl Rows {
-    /// Makes the rows of all contacts for the poses at hand. `h` is the length of the step, s.
+    /// Builds the rows of all contacts for the current poses. `h` is the duration of the step, s.
     pub fn build(&mut self, members: &[Member<'_>], contacts: &[Contact], h: f64) {
         self.points.clear();
         self.columns.clear();
@@ -122,7 +126,7 @@ impl Rows {
         }
     }
 
-    /// Writes the Jacobian of a contact; two links of one tree share a half.
+    /// Appends the Jacobian of a contact; two links of one tree share a half.
     fn halves(&mut self, members: &[Member<'_>], contact: &Contact, axes: &[Vec3; 3]) -> [Option<Half>; 2] {
         let mut halves = [None; 2];
         for (k, sign) in [(0, -1.0), (1, 1.0)] {
@@ -153,7 +157,7 @@ impl Rows {
         halves
     }
 
-    /// Adds a second path to the root to the columns from `first` on, which stay sorted.
+    /// Adds a second path to the root to the columns from `first` on, which remain sorted.
     fn merge(&mut self, first: usize, path: &[u32], of: impl Fn(u32) -> Vec3) {
         for &d in path {
             let at = first + self.columns[first..].partition_point(|c| *c < d);
@@ -166,7 +170,7 @@ impl Rows {
         }
     }
 
-    /// Computes y and the responses of all rows on one member from factors of its matrix.
+    /// Computes y and D^-1 y of all rows on one member from a factorisation of its matrix.
     pub fn factorize(&mut self, factor: &Factor, members: &[Member<'_>], member: usize) {
         let tree = members[member].tree;
         for i in 0..self.points.len() {
@@ -206,7 +210,7 @@ impl Rows {
         }
     }
 
-    /// Takes the velocities that the members end with as those before further impulses.
+    /// Sets the velocities of rows before impulses from the members' velocities at the end of the step, and clears z.
     pub fn read(&mut self, members: &[Member<'_>]) {
         self.z.fill(0.0);
         for i in 0..self.points.len() {
@@ -221,7 +225,7 @@ impl Rows {
         }
     }
 
-    /// Returns the velocity along the normal at the beginning of the step, m/s, as far as it comes from links.
+    /// Returns the velocity of the links along the normal at the start of the step, m/s.
     fn before(&self, halves: &[Option<Half>; 2], members: &[Member<'_>]) -> f64 {
         let mut sum = 0.0;
         for half in halves.iter().flatten() {
@@ -233,7 +237,7 @@ impl Rows {
         sum
     }
 
-    /// Returns the change of the velocity of a row of a contact by the impulses so far, m/s.
+    /// Returns the change of the velocity of a row of a contact due to the impulses so far, m/s.
     #[inline]
     pub fn change(&self, point: &Point, row: usize) -> f64 {
         let mut sum = 0.0;
@@ -257,7 +261,7 @@ impl Rows {
         }
     }
 
-    /// Adds the generalised forces of impulses along the rows of a contact, each over the time `h`.
+    /// Adds the generalised forces of impulses along the rows of a contact, as mean forces over the time `h`.
     pub fn add_forces(&self, point: &Point, impulse: Vec3, h: f64, members: &mut [Member<'_>]) {
         for half in point.halves.iter().flatten() {
             let contact = &mut members[half.member].solver.step.contact;
@@ -268,14 +272,14 @@ impl Rows {
     }
 }
 
-/// Returns the mass of a link, kg; that of its tree if it has none.
+/// Returns the mass of a link, kg, or that of its tree if the link has no mass.
 fn mass(members: &[Member<'_>], side: Side) -> f64 {
     let nodes = &members[side.member].tree.nodes;
     let own = nodes[side.link].mass;
     if own > 0.0 { own } else { nodes.iter().map(|n| n.mass).sum::<f64>().max(f64::MIN_POSITIVE) }
 }
 
-/// Returns the velocities that move a link, from the root on.
+/// Returns the indices of the velocities that move a link, starting at the root.
 fn path(tree: &Tree, link: usize) -> &[u32] {
     match tree.last[link] {
         NONE => &[],
@@ -283,9 +287,9 @@ fn path(tree: &Tree, link: usize) -> &[u32] {
     }
 }
 
-/// Returns two unit vectors at right angles to a unit vector and to each other.
+/// Returns two unit vectors orthogonal to a unit vector and to each other.
 fn tangents(normal: Vec3) -> (Vec3, Vec3) {
-    // away from the axis that the normal is closest to
+    // Use an axis that is not nearly parallel to the normal.
     let other = if normal[0].abs() < 0.7 { [1.0, 0.0, 0.0] } else { [0.0, 1.0, 0.0] };
     let along = cross(normal, other);
     let first = scale(along, 1.0 / dot(along, along).sqrt());

@@ -1,4 +1,4 @@
-//! A search for velocities that is cut short.
+//! Tests of a search for velocities that reaches its limit of solves.
 
 use nalgebra::{Isometry3, Matrix3};
 
@@ -8,7 +8,7 @@ use crate::{
     link::{Joint, Link},
 };
 
-/// Too few solutions on purpose: what is left of the laws must be met by forces that are allowed.
+/// Forces must be within their bounds even if the limit is too low to meet all laws.
 #[test]
 fn search_that_is_cut_short_stays_within_bounds() {
     let links = (0..12usize).map(|i| Link {

@@ -1,7 +1,7 @@
-//! Six-dimensional vectors of motion and force, and the inertia of a rigid body, in world axes about one common point.
+//! Spatial (six-dimensional) motion and force vectors, and spatial inertias, in world axes about one common point.
 //!
-//! Source: Featherstone, Rigid Body Dynamics Algorithms, 2008, chapter 2. Because everything is expressed in the same
-//! axes about the same point, inertias and forces of links simply add, and nothing is transformed from link to link.
+//! Source: Featherstone, Rigid Body Dynamics Algorithms, 2008, chapter 2. Because all quantities are in the same axes
+//! about the same point, inertias and forces of links simply add up, without transformations between links.
 
 use crate::vector::{Vec3, add, cross, dot, scale, sub};
 
@@ -12,21 +12,21 @@ pub(crate) struct Motion {
     pub linear: Vec3,
 }
 
-/// A force: its torque about the common point, Nm, and the force, N.
+/// A force, N, and its torque about the common point, N m.
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct Force {
     pub torque: Vec3,
     pub force: Vec3,
 }
 
-/// The inertia of a rigid body, or of several that move as one, about the common point.
+/// The inertia of a rigid body, or of several bodies that move as one, about the common point.
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct Inertia {
-    /// kg.
+    /// Mass, kg.
     pub mass: f64,
     /// Mass times centre of mass, kg m.
     pub first: Vec3,
-    /// kg m²: xx, yy, zz, xy, xz, yz.
+    /// Rotational inertia, kg m²: xx, yy, zz, xy, xz, yz.
     pub second: [f64; 6],
 }
 
@@ -39,7 +39,7 @@ impl Motion {
     pub fn times(self, s: f64) -> Motion {
         Motion { angular: scale(self.angular, s), linear: scale(self.linear, s) }
     }
-    /// Returns the derivative of a motion vector that is fixed in a body with this velocity.
+    /// Returns the time derivative of a motion vector that is fixed in a body with this velocity.
     #[inline(always)]
     pub fn cross(&self, m: &Motion) -> Motion {
         Motion {
@@ -47,7 +47,7 @@ impl Motion {
             linear: add(cross(self.angular, m.linear), cross(self.linear, m.angular)),
         }
     }
-    /// Returns the derivative of a force vector that is fixed in a body with this velocity.
+    /// Returns the time derivative of a force vector that is fixed in a body with this velocity.
     #[inline(always)]
     pub fn cross_force(&self, f: &Force) -> Force {
         Force {
@@ -70,7 +70,7 @@ impl Force {
 }
 
 impl Inertia {
-    /// Returns the momentum of a motion.
+    /// Returns the momentum of a body with this inertia and the given velocity.
     #[inline(always)]
     pub fn times(&self, m: &Motion) -> Force {
         let (i, w) = (&self.second, m.angular);

@@ -1,4 +1,4 @@
-//! Positions and velocities of a tree, and how positions follow from velocities.
+//! Positions and velocities of a tree, and the integration of positions.
 
 use crate::{
     error::{DynamicsError, check},
@@ -6,7 +6,7 @@ use crate::{
     vector::{Quat, normalized, turned},
 };
 
-/// Positions and velocities of all joints, in the order of the links. Units and layout: see [`Joint`](crate::Joint).
+/// Positions and velocities of all joints, in the order of the links; see [`Joint`](crate::Joint) for units and layout.
 #[derive(Debug, Clone, PartialEq)]
 pub struct State {
     /// Positions: rad, m, or quaternions.
@@ -16,7 +16,7 @@ pub struct State {
 }
 
 impl State {
-    /// Returns a state with all joints at position 0 and at rest.
+    /// Creates a state with all joints at position 0 and at rest.
     pub fn new(tree: &Tree) -> Self {
         let mut q = vec![0.0; tree.positions()];
         for node in &tree.nodes {
@@ -29,19 +29,19 @@ impl State {
         State { q, v: vec![0.0; tree.velocities()] }
     }
 
-    /// Refuses states of other trees and numbers that are not finite.
+    /// Returns an error if the state belongs to another tree, or a value is not finite.
     pub(crate) fn check(&self, tree: &Tree) -> Result<(), DynamicsError> {
         check("q", &self.q, tree.positions())?;
         check("v", &self.v, tree.velocities())
     }
 }
 
-/// Reads a quaternion and makes it a unit, since whoever set it may have rounded it.
+/// Reads a quaternion and normalises it, because a quaternion set by a user may be rounded.
 pub(crate) fn quaternion(q: &[f64], at: usize) -> Quat {
     normalized([q[at], q[at + 1], q[at + 2], q[at + 3]])
 }
 
-/// Moves positions by a time `h`, s, at constant velocities.
+/// Advances positions by a time `h`, s, at constant velocities.
 pub(crate) fn advance(tree: &Tree, q: &mut [f64], v: &[f64], h: f64) {
     for node in &tree.nodes {
         let (p, d) = (node.position, node.velocity);

@@ -1,9 +1,10 @@
-//! The phases of a step of one tree. A solver runs them for a tree on its own, a group for trees that touch.
+//! The phases of a step of one tree. A solver runs them for a single tree, a group for trees that touch.
 //!
-//! [`Step::begin`] moves positions half a step at the old velocities and computes poses, laws and bias forces there;
-//! [`Step::solve`] finds the velocities at the end; [`Step::take_mean_velocities`] and [`Step::take_mean_poses`] make
-//! the equation more exact for the next `solve`; [`Step::finish`] computes forces and positions at the end, and
-//! [`Step::commit`] writes them.
+//! [`Step::begin`] advances positions by half a step at the old velocities, and computes poses and laws there;
+//! [`Step::guess`] computes bias forces; [`Step::solve`] finds the velocities at the end;
+//! [`Step::take_mean_velocities`] and [`Step::take_mean_poses`] refine the equation for the next `solve`;
+//! [`Step::finish`] computes forces and positions at the end, [`Step::limit`] applies joint limits to them, and
+//! [`Step::commit`] writes the state.
 
 use crate::{
     composite::MassMatrix,
@@ -19,32 +20,34 @@ use crate::{
     vector::Vec3,
 };
 
-/// Time in which a joint that is beyond a limit comes back, s, and the greatest speed at which it does, rad/s or m/s.
+/// Time constant with which a joint beyond a limit returns to it, s.
 const RETURN_TIME: f64 = 0.1;
+/// Maximum speed of this return, rad/s or m/s.
 const RETURN_SPEED: f64 = 1.0;
-/// Share of a velocity that a damper may take in a step, of the joint alone, before it is treated as stiff; likewise,
-/// in rad, the part of a swing that a spring may go through.
+/// Fraction of the velocity of an isolated joint that a damper may remove in a step before it is treated as stiff; also
+/// the phase, rad, by which a spring may advance in a step.
 const STIFF: f64 = 0.5;
-/// Stiffness of a drive that holds a velocity where contacts may act against it, in units of the joint's inertia over
-/// the step: an impulse that would change the velocity by 1 changes it by the inverse of this.
+/// Stiffness, in units of inertia over step duration, of a drive that holds a velocity against contacts: an impulse
+/// that would change the velocity of the free joint by 1 changes it by the inverse of this value.
 const HOLD: f64 = 1e3;
-/// Bound of such a drive if it has none, Nm or N.
+/// Force bound of such a drive if it has none, Nm or N.
 const STRONGEST: f64 = 1e9;
 
-/// Forces of the last step, Nm or N, one for each velocity.
+/// Forces of the last step, Nm or N, with one entry per velocity.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Efforts {
-    /// Of drives: never beyond their bounds.
+    /// Forces of drives, within their bounds.
     pub drive: Vec<f64>,
-    /// Of dry friction: never beyond it.
+    /// Forces of dry friction, within their bounds.
     pub friction: Vec<f64>,
-    /// Of limits: not below 0 at a lower one, not above 0 at an upper one, unless [`Report::met`] is false.
+    /// Forces of limits: not negative at a lower limit and not positive at an upper one, unless [`Report::met`] is
+    /// false.
     ///
     /// [`Report::met`]: crate::Report::met
     pub limit: Vec<f64>,
 }
 
-/// What a step of one tree computes, and the room for it.
+/// Results and memory of a step of one tree.
 #[derive(Debug, Clone)]
 pub(crate) struct Step {
     pub kinematics: Kinematics,
@@ -52,18 +55,18 @@ pub(crate) struct Step {
     sweep: Sweep,
     pub pivot: Pivot,
     motors: Vec<Motor>,
-    /// Forces without corners: `at - slope v` of springs, viscous friction and forces from outside.
+    /// The linear part of each law: `at - slope v` of springs, viscous friction and external forces.
     passive: Vec<(f64, f64)>,
-    /// Half a step at the old velocities, then the positions at the end.
+    /// Positions after half a step at the old velocities; from `finish` on, those at the end.
     pub q: Vec<f64>,
     /// Positions for which poses are computed.
     place: Vec<f64>,
-    /// Means of velocities before and after the step.
+    /// Means of the velocities before and after the step.
     middle: Vec<f64>,
     bias: Vec<f64>,
     /// Generalised forces of contacts.
     pub contact: Vec<f64>,
-    /// Bias forces less those of contacts.
+    /// Bias forces minus forces of contacts.
     load: Vec<f64>,
     pub efforts: Efforts,
 }
@@ -89,16 +92,16 @@ impl Step {
         }
     }
 
-    /// Refuses what belongs to another tree, and numbers that make no sense.
+    /// Returns an error if an argument belongs to another tree, or has an invalid value.
     pub fn check(&self, tree: &Tree, state: &State, drives: &Drives) -> Result<(), DynamicsError> {
         self.kinematics.belongs(tree)?;
         state.check(tree)?;
         drives.check(tree)
     }
 
-    /// Begins a step. With `carried`, the efforts of drives in the step before, drives that hold a velocity do so with
-    /// a finite stiffness about that effort, as contacts need it: a contact with a joint that nothing can move would
-    /// have no solution.
+    /// Begins a step. `carried` has the efforts of drives in the previous step, for steps with contacts: drives that
+    /// hold a velocity then have a finite stiffness about these efforts, because a contact with an immovable joint
+    /// would have no solution.
     pub fn begin(&mut self, tree: &Tree, state: &State, drives: &Drives, h: f64, carried: Option<&[f64]>) {
         self.q.copy_from_slice(&state.q);
         advance(tree, &mut self.q, &state.v, 0.5 * h);
@@ -116,7 +119,7 @@ impl Step {
         self.pivot.begin(tree, &self.mass, &self.load, v, h);
     }
 
-    /// Computes the bias forces again, of the means of velocities.
+    /// Recomputes the bias forces at the mean velocities.
     pub fn take_mean_velocities(&mut self, tree: &Tree, v: &[f64], gravity: Vec3) {
         for (middle, (v, end)) in self.middle.iter_mut().zip(v.iter().zip(&self.pivot.ends)) {
             *middle = 0.5 * (v + end);
@@ -124,7 +127,7 @@ impl Step {
         self.sweep.run(tree, &self.kinematics, &self.middle, None, gravity, &mut self.bias);
     }
 
-    /// Computes poses and bias forces again, half a step from the old positions at the means of velocities.
+    /// Recomputes poses and bias forces, half a step from the old positions at the mean velocities.
     pub fn take_mean_poses(&mut self, tree: &Tree, state: &State, gravity: Vec3, h: f64) {
         for (middle, (v, end)) in self.middle.iter_mut().zip(state.v.iter().zip(&self.pivot.ends)) {
             *middle = 0.5 * (v + end);
@@ -147,7 +150,7 @@ impl Step {
         Ok(search)
     }
 
-    /// Computes the forces, and the positions at the end; `met` tells whether the last search met all laws.
+    /// Computes the forces, and the positions at the end; `met` states whether the last search met all laws.
     pub fn finish(&mut self, tree: &Tree, state: &State, h: f64, met: bool) -> Result<(), DynamicsError> {
         self.share_forces(tree);
         if !met {
@@ -157,19 +160,19 @@ impl Step {
         Ok(())
     }
 
-    /// Puts joints onto the limits that they passed, and refuses results that are not finite.
+    /// Moves joints that have passed a limit back to it; returns an error if the result is not finite.
     pub fn limit(&mut self, tree: &Tree, state: &State, h: f64) -> Result<(), DynamicsError> {
         self.stop_at_limits(tree, &state.q, h);
         let finite = self.q.iter().chain(&self.pivot.ends).all(|x| x.is_finite());
         if finite { Ok(()) } else { Err(DynamicsError::Diverged) }
     }
 
-    /// Returns the greatest change of a velocity so far.
+    /// Returns the maximum change of a velocity so far.
     pub fn changes(&self, v: &[f64]) -> f64 {
         self.pivot.ends.iter().zip(v).map(|(end, v)| (end - v).abs()).fold(0.0, f64::max)
     }
 
-    /// Writes the result.
+    /// Writes the result to the state.
     pub fn commit(&self, state: &mut State) {
         state.q.copy_from_slice(&self.q);
         state.v.copy_from_slice(&self.pivot.ends);
@@ -187,7 +190,8 @@ impl Step {
         }
     }
 
-    /// Ends a step whose laws were not met: drives and friction give what was found last, which is within their bounds.
+    /// Completes a step whose laws were not met: drives and friction exert the forces found last, which are within
+    /// their bounds.
     fn settle(&mut self, tree: &Tree, v: &[f64], h: f64) -> Result<(), DynamicsError> {
         let given = self.efforts.drive.iter().zip(&self.efforts.friction);
         for (line, (drive, friction)) in self.passive.iter_mut().zip(given) {
@@ -206,10 +210,10 @@ impl Step {
 
     /// Sets the law of one velocity.
     ///
-    /// Springs pull with the mean of their forces before and after the step, and so do dampers: errors are of the order
-    /// h². That is stable at any stiffness, but what is stiff would then swing from step to step. So the share of the
-    /// velocity after the step grows for stiff dampers, which thus never turn a velocity round, and springs that swing
-    /// faster than steps can follow get a damper.
+    /// Springs and dampers exert the mean of their forces before and after the step, so that errors are of the order
+    /// h². This is stable at any stiffness, but a stiff joint would oscillate from step to step. For stiff dampers, the
+    /// weight of the velocity after the step is therefore increased, so that they never reverse a velocity, and springs
+    /// whose oscillation is too fast for the step get an additional damper.
     fn set_law(&mut self, tree: &Tree, drives: &Drives, state: &State, d: usize, h: f64, carried: Option<f64>) {
         let dof = &tree.dofs[d];
         let (drive, spring) = (&drives.drive[d], &drives.spring[d]);
@@ -224,7 +228,7 @@ impl Step {
         let late = if taken > STIFF { 1.0 - 0.5 * STIFF / taken } else { 0.5 };
         let turned = h * per_inertia * (spring.stiffness + own_stiffness);
         let calmed = if turned > STIFF * STIFF { 0.5 * h * (1.0 - STIFF * STIFF / turned) } else { 0.0 };
-        // the force `stiffness (target - q) + damping (velocity - v)` as `at - slope v`
+        // Writes the force `stiffness (target - q) + damping (velocity - v)` as `at - slope v`.
         let line = |target: f64, stiffness: f64, velocity: f64, damping: f64| {
             let calm = calmed * stiffness;
             let pull = stiffness * (target - q + 0.25 * h * v);
@@ -240,7 +244,8 @@ impl Step {
                 Motor::Line { at: carried + slope * target, slope, bound }
             }
             Drive::Velocity { target, bound } if bound.force == f64::INFINITY => {
-                // pushing with infinite force against a limit has no solution: it stops there instead
+                // An infinite force against a limit would have no solution, so the target is limited to the allowed
+                // range.
                 Motor::Hold { target: within(target, bounds.low, bounds.high), bound }
             }
             Drive::Velocity { target, bound } => Motor::Hold { target, bound },
@@ -266,17 +271,17 @@ impl Step {
         }
     }
 
-    /// Splits the forces of laws into those of drives, friction and limits. Where several could give a force, the drive
-    /// gives what it can, then friction.
+    /// Splits the forces of laws into those of drives, friction and limits. If the split is ambiguous, as much as
+    /// possible is assigned to the drive, then to friction.
     fn share_forces(&mut self, tree: &Tree) {
         for (d, dof) in tree.dofs.iter().enumerate() {
             let (law, piece) = (&self.pivot.laws[d], self.pivot.pieces[d]);
             let (at, slope) = self.passive[d];
             let rest = self.pivot.forces[d] - (at - slope * self.pivot.ends[d]);
-            // a velocity that is beyond its piece by rounding counts as on it
+            // A velocity that is outside its piece due to rounding counts as on the piece.
             let v = law.nearest(piece, self.pivot.ends[d]);
             let (low, high) = match (self.motors[d], law.piece(piece)) {
-                // off vertical pieces, the rest is known better than the force of a steep line
+                // Except on vertical pieces, `rest` is more precise than the force of a steep line.
                 (Motor::Line { slope, bound, .. }, Piece::Line { .. }) if slope > 0.0 => bound.range(v),
                 (motor, _) => motor.range(v),
             };
@@ -299,8 +304,8 @@ impl Step {
         }
     }
 
-    /// Puts joints that passed a limit by the discretisation of the step onto it. Those that were beyond before come
-    /// back slowly, by positions only, so that they have no momentum when they arrive.
+    /// Moves joints that passed a limit due to the discretisation of the step back to it. Joints that were beyond a
+    /// limit before return slowly, by position changes only, which add no momentum.
     fn stop_at_limits(&mut self, tree: &Tree, before: &[f64], h: f64) {
         let back = |beyond: f64| beyond.min(h * (beyond / RETURN_TIME).min(RETURN_SPEED));
         for dof in &tree.dofs {
@@ -319,14 +324,15 @@ impl Step {
     }
 }
 
-/// The velocities that limits allow at the end of a step.
+/// The range of velocities that limits allow at the end of a step.
 struct Allowed {
     low: f64,
     high: f64,
 }
 
 impl Allowed {
-    /// `q`: position after half of the step. A limit may be reached, not passed; a joint that hits it stops.
+    /// Computes the range for position `q` after half of the step. A limit may be reached but not passed; a joint that
+    /// hits it stops.
     fn new(dof: &Dof, q: f64, h: f64) -> Self {
         if dof.position == NONE {
             return Allowed { low: f64::NEG_INFINITY, high: f64::INFINITY };

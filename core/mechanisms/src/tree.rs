@@ -1,4 +1,4 @@
-//! A tree of links, checked, in the form that computations need.
+//! A validated tree of links, in the form that computations need.
 
 use std::ops::Range;
 
@@ -10,10 +10,10 @@ use crate::{
     vector::{IDENTITY, Mat3, Quat, Vec3, ZERO, normalized, rotation_of, turn},
 };
 
-/// No parent, or no velocity further towards the root.
+/// Marks the absence of a parent, or of a velocity closer to the root.
 pub(crate) const NONE: u32 = u32::MAX;
 
-/// A joint without what only its description needs.
+/// A joint in the form that computations need.
 #[derive(Debug, Clone, Copy)]
 pub(crate) enum Kind {
     Fixed,
@@ -23,87 +23,87 @@ pub(crate) enum Kind {
     Free,
 }
 
-/// A link in plain numbers.
+/// A link in the form that computations need.
 #[derive(Debug, Clone)]
 pub(crate) struct Node {
     /// Index of the parent, or [`NONE`].
     pub parent: u32,
     pub kind: Kind,
-    /// Pose in the parent's frame at joint position 0.
+    /// Rotation and translation of the frame relative to the parent at joint position 0.
     pub rotation: Mat3,
     pub place: Vec3,
-    /// The same rotation times the joint's axis: the axis in the parent's frame.
+    /// The joint's axis in the parent's frame, at joint position 0.
     pub axis_in_parent: Vec3,
     pub axis: Vec3,
-    /// Whether that rotation is none, and the coordinate axis and its sign if the joint's axis is one: most are, and
-    /// take a quarter of the multiplications.
+    /// Special cases of most joints, which need a quarter of the multiplications: whether the rotation is the identity,
+    /// and, if the joint's axis is a coordinate axis, its index and sign.
     pub straight: bool,
     pub coordinate: Option<(usize, f64)>,
     pub mass: f64,
     pub center: Vec3,
-    /// About the centre, in link axes.
+    /// Inertia about the centre of mass, in link axes, kg m².
     pub inertia: Mat3,
-    /// First position and first velocity.
+    /// Indices of the first position and the first velocity.
     pub position: usize,
     pub velocity: usize,
     pub velocities: usize,
 }
 
 impl Node {
-    /// Returns the indices of its velocities.
+    /// Returns the range of indices of its velocities.
     #[inline(always)]
     pub fn range(&self) -> Range<usize> {
         self.velocity..self.velocity + self.velocities
     }
 }
 
-/// What belongs to one velocity.
+/// The parameters of one velocity.
 #[derive(Debug, Clone)]
 pub(crate) struct Dof {
     pub armature: f64,
     pub damping: f64,
     pub friction: f64,
-    /// Limits of the position; infinite where there is none.
+    /// Limits of the position, rad or m; infinite if there are none.
     pub low: f64,
     pub high: f64,
-    /// Position that it changes, of revolute and prismatic joints.
+    /// Index of the corresponding position of a revolute or prismatic joint; otherwise [`NONE`].
     pub position: u32,
 }
 
-/// A tree of rigid links: parents before children, each carried by one joint. Several links may stand in the world
-/// without a parent; then the tree is a wood, and its parts do not feel each other.
+/// A tree of rigid links in which parents come before their children, and each link has one joint. Several links may
+/// have no parent; the tree is then a forest of independent trees.
 ///
-/// It holds what does not change in a run; positions and velocities are a [`State`](crate::State).
+/// A tree has only constant data; positions and velocities are in a [`State`](crate::State).
 #[derive(Debug, Clone)]
 pub struct Tree {
     links: Vec<Link>,
     pub(crate) nodes: Vec<Node>,
     pub(crate) dofs: Vec<Dof>,
     positions: usize,
-    /// Velocities that move a velocity's link, from the root on, itself last: row `i` is
-    /// `columns[rows[i]..rows[i + 1]]`. The mass matrix is 0 elsewhere below its diagonal.
+    /// For each velocity, the indices of the velocities on the path from the root, itself last: row `i` is
+    /// `columns[rows[i]..rows[i + 1]]`. All other entries of the lower triangle of the mass matrix are 0.
     pub(crate) rows: Vec<usize>,
     pub(crate) columns: Vec<u32>,
-    /// Last velocity that moves a link, or [`NONE`].
+    /// Index of the last velocity on the path from the root to each link, or [`NONE`].
     pub(crate) last: Vec<u32>,
 }
 
 impl Tree {
-    /// Checks the description of a tree. Time and memory grow with links times depth.
+    /// Creates a tree after checking its description. Complexity in time and memory: number of links times depth.
     ///
     /// # Errors
     ///
-    /// A [`TreeError`] that names the first link that is wrong, and how.
+    /// Returns a [`TreeError`] for the first invalid link.
     pub fn new(links: Vec<Link>) -> Result<Self, TreeError> {
         Self::checked(links, true)
     }
 
-    /// Makes a tree whose inertias need not be those of rigid bodies: a principal moment may exceed the sum of the other
-    /// two. Descriptions of robots have such; they are computed with as they are. All else as [`Tree::new`].
+    /// Like [`Tree::new`], but allows inertias that are not those of rigid bodies: a principal moment may exceed the
+    /// sum of the other two. Such inertias occur in descriptions of robots, and are used unchanged.
     ///
     /// # Errors
     ///
-    /// As [`Tree::new`], and for inertias that are not symmetric or have a negative moment on their diagonal.
+    /// Fails like [`Tree::new`]; inertias must still be symmetric, without negative moments on the diagonal.
     pub fn with_any_inertia(links: Vec<Link>) -> Result<Self, TreeError> {
         Self::checked(links, false)
     }
@@ -182,7 +182,7 @@ impl Tree {
         self.positions += link.joint.positions();
     }
 
-    /// Returns the links, as given.
+    /// Returns the links as passed to [`Tree::new`].
     pub fn links(&self) -> &[Link] {
         &self.links
     }
@@ -190,21 +190,22 @@ impl Tree {
     pub fn positions(&self) -> usize {
         self.positions
     }
-    /// Returns the number of velocities of a state: degrees of freedom.
+    /// Returns the number of velocities of a state, which is that of the degrees of freedom.
     pub fn velocities(&self) -> usize {
         self.dofs.len()
     }
-    /// Returns where a link's positions and velocities begin in a state, or none if there is no such link.
+    /// Returns the indices of a link's first position and first velocity in a state, or `None` if there is no such
+    /// link.
     pub fn offsets(&self, link: usize) -> Option<(usize, usize)> {
         self.nodes.get(link).map(|n| (n.position, n.velocity))
     }
-    /// Returns the number of entries of the mass matrix at or below its diagonal that are not 0 by structure.
+    /// Returns the number of structurally nonzero entries in the lower triangle of the mass matrix, with the diagonal.
     pub(crate) fn entries(&self) -> usize {
         self.columns.len()
     }
 }
 
-/// Finds joints that move nothing with mass: their accelerations would be undefined.
+/// Returns an error if a joint moves no mass, because its acceleration would be undefined.
 fn check_masses(links: &[Link]) -> Result<(), TreeError> {
     let mut carried: Vec<f64> = links.iter().map(|l| l.mass).collect();
     for i in (0..links.len()).rev() {
@@ -218,7 +219,7 @@ fn check_masses(links: &[Link]) -> Result<(), TreeError> {
     Ok(())
 }
 
-/// Returns rotation and translation as plain numbers.
+/// Returns the rotation and translation of a pose as plain arrays.
 fn plain(pose: &Isometry3<f64>) -> (Mat3, Vec3) {
     let q = pose.rotation.quaternion();
     let q: Quat = normalized([q.w, q.i, q.j, q.k]);

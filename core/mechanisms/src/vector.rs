@@ -1,18 +1,18 @@
 //! Vectors, rotations and quaternions as plain arrays, with every operation in a fixed order.
 //!
-//! The rest of the crate computes with these instead of nalgebra's types, whose kernels for matrices may change the
-//! order of additions from one version to the next, and with it the bits of a run.
+//! The crate uses these types internally instead of those of nalgebra, whose matrix kernels may change the order of
+//! additions between versions, and thereby the exact results.
 
 /// A vector of three components.
 pub(crate) type Vec3 = [f64; 3];
-/// A matrix of 3 x 3, by rows.
+/// A 3 x 3 matrix, by rows.
 pub(crate) type Mat3 = [f64; 9];
 /// A unit quaternion: w, x, y, z.
 pub(crate) type Quat = [f64; 4];
 
-/// The vector 0.
+/// The zero vector.
 pub(crate) const ZERO: Vec3 = [0.0; 3];
-/// The rotation that changes nothing.
+/// The identity matrix.
 pub(crate) const IDENTITY: Mat3 = [1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0];
 
 #[inline(always)]
@@ -86,7 +86,8 @@ pub(crate) fn rotation(axis: Vec3, sine: f64, cosine: f64) -> Mat3 {
     ]
 }
 
-/// Returns the product of a matrix and a rotation about coordinate axis `axis`, which turns the other two columns.
+/// Returns the product of a matrix and a rotation about coordinate axis `axis`, which changes only the other two
+/// columns.
 #[inline(always)]
 pub(crate) fn turned_about(m: &Mat3, axis: usize, sine: f64, cosine: f64) -> Mat3 {
     let mut out = *m;
@@ -105,7 +106,7 @@ pub(crate) fn turned_about(m: &Mat3, axis: usize, sine: f64, cosine: f64) -> Mat
     out
 }
 
-/// Returns the rotation of a unit quaternion.
+/// Returns the rotation matrix of a unit quaternion.
 #[inline(always)]
 pub(crate) fn rotation_of(q: Quat) -> Mat3 {
     let [w, x, y, z] = q;
@@ -122,14 +123,14 @@ pub(crate) fn rotation_of(q: Quat) -> Mat3 {
     ]
 }
 
-/// Returns a unit quaternion after a time `h` at the constant angular velocity `w` in the turning body's own axes.
+/// Returns a unit quaternion advanced by a time `h` at the constant angular velocity `w` in the body's own axes.
 ///
-/// Source: the exponential map of the rotation group; the result is made a unit again, so that errors do not add up.
+/// Source: the exponential map of the rotation group; the result is normalised, so that errors do not accumulate.
 pub(crate) fn turned(q: Quat, w: Vec3, h: f64) -> Quat {
     let rate = dot(w, w).sqrt();
     let half = 0.5 * h * rate;
     let (sine, cosine) = libm::sincos(half);
-    // sin(x) / x is 1 to the last bit below 1e-8
+    // Below 1e-8, sin(x) / x rounds to 1.
     let factor = if half > 1e-8 { sine / rate } else { 0.5 * h };
     let e = [cosine, w[0] * factor, w[1] * factor, w[2] * factor];
     normalized([
@@ -140,7 +141,7 @@ pub(crate) fn turned(q: Quat, w: Vec3, h: f64) -> Quat {
     ])
 }
 
-/// Returns a quaternion over its norm, or no rotation for one without any length.
+/// Returns a normalised quaternion, or the identity if the norm is 0.
 pub(crate) fn normalized(q: Quat) -> Quat {
     let square = q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3];
     if square > 0.0 && square.is_finite() {
@@ -151,9 +152,9 @@ pub(crate) fn normalized(q: Quat) -> Quat {
     }
 }
 
-/// Returns the unit quaternion, w first, of a rotation; w is not negative unless it is 0 to rounding.
+/// Returns the unit quaternion of a rotation matrix, w first; w is not negative, except for rounding.
 ///
-/// Source: the four forms of Shepperd's method; the one with the greatest square root loses no digits.
+/// Source: Shepperd's method, which selects the one of four formulas with the largest square root, for precision.
 pub(crate) fn quaternion_of(m: &Mat3) -> Quat {
     let [xx, yy, zz] = [m[0], m[4], m[8]];
     let trace = xx + yy + zz;

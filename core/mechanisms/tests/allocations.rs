@@ -1,4 +1,4 @@
-//! Counts allocations: a step and the dynamics have none once their room is made.
+//! Counts allocations: after initialisation, steps and dynamics must not allocate memory.
 
 use std::{
     alloc::{GlobalAlloc, Layout, System},
@@ -14,19 +14,19 @@ mod robots;
 struct Counting;
 
 thread_local! {
-    /// Of this thread only: the test's harness allocates at any time.
+    /// Number of allocations on this thread; the test harness may allocate on others at any time.
     static COUNT: Cell<usize> = const { Cell::new(0) };
 }
 
-// SAFETY: every call is handed on to the system's allocator unchanged.
+// SAFETY: every call is forwarded unchanged to the system allocator.
 unsafe impl GlobalAlloc for Counting {
     unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
         COUNT.set(COUNT.get() + 1);
-        // SAFETY: the caller keeps the rules of `alloc`, which are the same.
+        // SAFETY: the caller guarantees the requirements of `alloc`, which are the same.
         unsafe { System.alloc(layout) }
     }
     unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
-        // SAFETY: the pointer comes from `alloc` above.
+        // SAFETY: the pointer was returned by `alloc` above.
         unsafe { System.dealloc(pointer, layout) }
     }
 }

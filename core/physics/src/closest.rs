@@ -6,8 +6,8 @@ use tatu_geometry::Part;
 
 use super::convert;
 
-/// Returns the ends of the shortest line from one solid to the other, in the world frame, or `None` if they are farther
-/// apart than `limit`, m. If they overlap, both ends are the same point of the first one.
+/// Returns the ends of the shortest segment from one solid to the other, in the world frame, or `None` if the solids
+/// are farther apart than `limit`, m. If they overlap, both ends are the same point of the first solid.
 pub fn closest(
     a: (&Isometry3<f64>, &[Part]),
     b: (&Isometry3<f64>, &[Part]),
@@ -36,7 +36,7 @@ pub fn closest(
                     }
                 }
                 Ok(ClosestPoints::Disjoint) => {}
-                // The distance of two planes is undefined.
+                // The distance between two planes is undefined.
                 Err(_) => {}
             }
         }

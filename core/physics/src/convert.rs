@@ -1,4 +1,4 @@
-//! Conversions between nalgebra, which the interface uses, and glam, which rapier uses. No other module knows both.
+//! Conversions between nalgebra, which the interface uses, and glam, which rapier uses.
 
 use nalgebra::{Isometry3, Matrix3, Quaternion, Translation3, UnitQuaternion, Vector3};
 use rapier3d::{
@@ -32,7 +32,7 @@ pub(super) fn pose_back(p: &Pose) -> Isometry3<f64> {
     )
 }
 
-/// Returns a rotation as it is, without making it a unit again.
+/// Converts a rotation without normalising it again.
 pub(super) fn rotation_back(q: &Rotation) -> UnitQuaternion<f64> {
     UnitQuaternion::new_unchecked(Quaternion::new(q.w, q.x, q.y, q.z))
 }
@@ -51,8 +51,8 @@ pub(super) fn mass(m: &MassProps) -> MassProperties {
     MassProperties::with_inertia_matrix(vector(&m.com.coords), m.mass, columns)
 }
 
-/// Returns rapier's shape and its pose in the part's frame, or `None` if the form has no solid, because it is a mesh
-/// without triangles or has sizes that are not positive.
+/// Returns rapier's shape and its pose in the part's frame, or `None` if the form is degenerate: a mesh without valid
+/// triangles, or a form with a size that is not positive.
 pub(crate) fn shape(form: &Form) -> Option<(SharedShape, Pose)> {
     let sized = |sizes: &[f64]| sizes.iter().all(|s| s.is_finite() && *s > 0.0);
     match form {

@@ -26,12 +26,12 @@ pub struct BodyId(pub u32);
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 pub struct JointId(pub u32);
 
-/// The way a body moves.
+/// How a body moves.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Motion {
-    /// The body never moves; others collide with it.
+    /// The body never moves; other bodies collide with it.
     Static,
-    /// The body follows poses set from outside, and pushes dynamic bodies.
+    /// The body follows the poses set by [`Engine::set_pose`] and pushes dynamic bodies.
     Kinematic,
     /// The body is moved by forces.
     Dynamic,
@@ -55,7 +55,7 @@ pub struct Respond {
     /// The low byte applies within the tree, the high byte to all other bodies. If it is 0, the body collides with
     /// nothing.
     pub mask: u16,
-    /// Number of the mechanism that the body is part of.
+    /// Id of the mechanism that the body is part of.
     pub tree: u32,
 }
 
@@ -64,7 +64,7 @@ pub struct Respond {
 pub struct BodyDesc {
     /// Pose of the body in the world frame.
     pub pose: Isometry3<f64>,
-    /// The way it moves.
+    /// How the body moves.
     pub motion: Motion,
     /// Mass properties; used for dynamic bodies.
     pub mass: MassProps,
@@ -74,18 +74,18 @@ pub struct BodyDesc {
     pub angular_velocity: Vector3<f64>,
     /// Collision forms, in the body's frame; may be empty.
     pub parts: Vec<Part>,
-    /// Coulomb friction coefficient. A pair's friction is the product of both (V-REP's rule with Bullet).
+    /// Coulomb friction coefficient. [`EngineSettings::friction_rule`] combines the coefficients of a pair.
     pub friction: f64,
-    /// 0 means no bounce, 1 means a bounce to the same height. A pair's restitution is the product of both (Bullet's
-    /// rule).
+    /// Coefficient of restitution, from 0 (no bounce) to 1 (a bounce to the same height). The restitution of a pair is
+    /// the product of both coefficients, as in Bullet.
     pub restitution: f64,
-    /// Its collision mask.
+    /// Collision mask.
     pub respond: Respond,
     /// Whether continuous collision detection also applies to moving bodies.
     pub bullet: bool,
-    /// Rates at which it loses velocity and angular velocity, 1/s.
+    /// Linear and angular damping, 1/s.
     pub damping: [f64; 2],
-    /// Further properties of its surface.
+    /// Further contact properties of the body's surface.
     pub surface: Surface,
 }
 
@@ -101,11 +101,11 @@ pub struct Surface {
     pub axis_angle: f64,
     /// Friction coefficient of a pair along that axis.
     pub axis_friction: f64,
-    /// Torque against rolling per N of normal force, m. The greater one of a pair applies.
+    /// Torque against rolling per N of normal force, m. The greater value of a pair applies.
     pub rolling_friction: f64,
-    /// Torque against spinning about the normal per N of normal force, m. The greater one of a pair applies.
+    /// Torque against spinning about the normal per N of normal force, m. The greater value of a pair applies.
     pub spinning_friction: f64,
-    /// Number of its material for [`Engine::set_materials`]; 0: none.
+    /// Id of the material, as used by [`Engine::set_materials`]; 0 means no material.
     pub material: u32,
 }
 
@@ -119,11 +119,11 @@ impl Surface {
 /// Friction and restitution of a pair of materials; they override those of the bodies.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct MaterialPair {
-    /// Numbers of the two materials, in any order.
+    /// Ids of the two materials, in any order.
     pub materials: (u32, u32),
     /// Coulomb friction coefficient.
     pub friction: f64,
-    /// Restitution, 0 to 1; `None`: computed from the bodies.
+    /// Restitution, 0 to 1; `None` means that it is computed from the bodies.
     pub restitution: Option<f64>,
 }
 
@@ -182,16 +182,16 @@ pub struct JointDesc {
     pub frame_in_b: Isometry3<f64>,
     /// Degrees of freedom.
     pub kind: JointKind,
-    /// Lowest and highest position, rad or m; `None`: unlimited.
+    /// Lowest and highest position, rad or m; `None` means no limits.
     pub limits: Option<(f64, f64)>,
     /// Position at creation, rad or m. It matters only for revolute joints with limits, where it determines the whole
     /// turns.
     pub position: f64,
-    /// The way the joint is enforced.
+    /// How the joint is enforced.
     pub form: JointForm,
-    /// Its passive forces.
+    /// Passive forces of the joint.
     pub passive: Passive,
-    /// Whether it is coupled to another joint by [`Engine::set_gears`], as joint or leader.
+    /// Whether [`Engine::set_gears`] may couple the joint to another one, as follower or leader.
     pub geared: bool,
 }
 
@@ -201,25 +201,25 @@ pub struct JointDesc {
 pub struct Gear {
     /// The joint that follows.
     pub joint: JointId,
-    /// The joint that it follows.
+    /// The joint that `joint` follows.
     pub leader: JointId,
-    /// Change of position per unit of the leader's.
+    /// Change of the joint's position per unit of the leader's position.
     pub ratio: f64,
-    /// Position when the leader is at 0, rad or m.
+    /// Position of the joint when the leader is at 0, rad or m.
     pub offset: f64,
 }
 
-/// The way a joint is enforced. All joints of a mechanism have the same form.
+/// How a joint is enforced. All joints of a mechanism have the same form.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub enum JointForm {
-    /// Reduced coordinates: only its degrees of freedom are computed, so its bodies cannot separate. It is exact at any
-    /// load, at a cost that grows with the cube of the number of joints of a mechanism.
+    /// Reduced coordinates: only the degrees of freedom of the joint are computed, so its bodies cannot separate. This
+    /// form is exact at any load, at a cost that grows with the cube of the number of joints of a mechanism.
     #[default]
     Reduced,
-    /// Impulses pull its bodies together: cheap, but soft under load.
+    /// Impulses pull the bodies of the joint together: cheap, but soft under load.
     Impulse,
-    /// The links of a tree, solved by `tatu_mechanisms` beside the engine: as exact as [`JointForm::Reduced`], at a cost
-    /// that grows with the number of joints times their depth. Not for screws, gears and loops.
+    /// The links of a tree, solved by `tatu_mechanisms` outside rapier: as exact as [`JointForm::Reduced`], at a cost
+    /// that grows with the number of joints times their depth. Not available for screws, gears and loops.
     Tree,
     /// Impulses close a loop between bodies that other joints, of either form, already connect.
     Loop,
@@ -239,11 +239,11 @@ pub struct Passive {
     /// Rest position of the spring, rad or m.
     pub rest: f64,
     /// Speed at which the drive has no effort left, rad/s or m/s: its limit falls linearly from `max_force` at rest to
-    /// 0 at this speed, as for a DC motor. 0: the limit does not depend on speed.
+    /// 0 at this speed, as for a DC motor. 0 means that the limit does not depend on speed.
     pub no_load_speed: f64,
 }
 
-/// Controller of a position drive. Its velocity is
+/// Controller of a position drive. The velocity that it commands is
 /// `p * error + i * (integral of error) + d * (derivative of error) + velocity`.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Tracking {
@@ -257,7 +257,7 @@ pub struct Tracking {
     pub velocity: f64,
 }
 
-/// The drive of a joint. Torques N m or forces N; velocities rad/s or m/s.
+/// The drive of a joint. Torques are in N m, forces in N, and velocities in rad/s or m/s.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub enum Drive {
     /// No drive: the joint is passive.
@@ -268,7 +268,7 @@ pub enum Drive {
         target: f64,
         /// Limit of torque or force.
         max_force: f64,
-        /// Speed lost per unit of load, rad/s per N m or m/s per N; 0: none.
+        /// Speed lost per unit of load, rad/s per N m or m/s per N; 0 means no slip.
         slip: f64,
     },
     /// Holds position `target` with at most `max_force`, moving there with at most `max_velocity`.
@@ -279,7 +279,7 @@ pub enum Drive {
         max_force: f64,
         /// Limit of the velocity.
         max_velocity: f64,
-        /// Its controller; `None`: the error decays by 1/e in 0.05 s, without overshoot.
+        /// Controller; `None` means that the error decays to 1/e of its value in 0.05 s, without overshoot.
         tracking: Option<Tracking>,
     },
     /// Constant torque or force.
@@ -335,11 +335,11 @@ pub struct Wrench {
 /// Contact parameters of a pair of bodies, which override those of the bodies.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct PairRule {
-    /// Whether they collide at all.
+    /// Whether the two bodies collide at all.
     pub responds: bool,
-    /// Friction of the pair.
+    /// Coulomb friction coefficient; `None` means that of the materials or bodies.
     pub friction: Option<f64>,
-    /// Restitution of the pair.
+    /// Restitution; `None` means that of the materials or bodies.
     pub restitution: Option<f64>,
 }
 
@@ -354,8 +354,8 @@ pub struct Push {
     pub torque: Vector3<f64>,
 }
 
-/// A function called before each physics step for the forces that act in that step only. Arguments: the engine, the
-/// number of the step within the advance from 0, and an empty list to fill.
+/// A function that is called before each physics step and supplies the forces that act in that step only. Its arguments
+/// are the engine, the index of the step within the advance, and an empty list to fill.
 pub type BeforeStep<'a> = dyn FnMut(&dyn Engine, u32, &mut Vec<Push>) + 'a;
 
 /// Parameters of the engine, for the whole world.
@@ -371,7 +371,7 @@ pub struct EngineSettings {
     pub sleep: bool,
     /// The rule that combines the friction of two bodies. Applies to bodies that are added afterwards.
     pub friction_rule: FrictionRule,
-    /// Natural frequency (Hz) and damping ratio of contacts; `None`: as stiff as the length of a sub-step permits.
+    /// Natural frequency (Hz) and damping ratio of contacts; `None` means as stiff as the length of a sub-step permits.
     pub contact_spring: Option<[f64; 2]>,
 }
 
@@ -397,12 +397,12 @@ pub trait Engine: Send + Sync {
     fn add_body(&mut self, desc: &BodyDesc) -> BodyId;
     /// Removes a body and the joints on it. An unknown id is ignored.
     fn remove_body(&mut self, body: BodyId);
-    /// Adds a joint. Returns `None` if a body is unknown or both are the same.
+    /// Adds a joint. Returns `None` if a body is unknown or both bodies are the same.
     fn add_joint(&mut self, desc: &JointDesc) -> Option<JointId>;
     /// Removes a joint. An unknown id is ignored.
     fn remove_joint(&mut self, joint: JointId);
-    /// Sets the drive of a joint. Cheap if nothing changes. A drive without force, or with a number that is not finite,
-    /// is treated as [`Drive::Free`]; only limits may be infinite.
+    /// Sets the drive of a joint. This is cheap if nothing changes. A drive without force, or with a value that is not
+    /// finite, is treated as [`Drive::Free`]; only limits may be infinite.
     fn drive(&mut self, joint: JointId, drive: Drive);
     /// Replaces all couplings of joints. Couplings of joints that are not in one mechanism in reduced form, created
     /// with `geared`, are ignored.
@@ -410,18 +410,18 @@ pub trait Engine: Send + Sync {
     /// Starts measuring the load of a joint, for [`Engine::wrench`].
     fn measure(&mut self, joint: JointId);
     /// Returns the load of a measured joint on the body that carries it: force, and torque about the joint's origin, in
-    /// the world frame, averaged over the last step. It is derived from the change of momentum of all bodies below and
-    /// the forces on them, so it includes loads that a closed loop carries past the joint. `None` before the first
-    /// step.
+    /// the world frame, averaged over the last step. The load is derived from the change of momentum of all bodies
+    /// below the joint and from the forces on them, so it includes loads that a closed loop carries past the joint.
+    /// Returns `None` before the first step.
     fn wrench(&self, joint: JointId) -> Option<Wrench>;
     /// Sets the contact properties of a body's surface, from the next step on.
     fn set_surface(&mut self, body: BodyId, surface: Surface);
-    /// Sets friction and restitution by pairs of materials, from the next step on.
+    /// Replaces the friction and restitution of all pairs of materials, from the next step on.
     fn set_materials(&mut self, pairs: &[MaterialPair]);
     /// Sets the rest position of a joint's spring, rad or m.
     fn set_rest(&mut self, joint: JointId, rest: f64);
     /// Places a body. Dynamic bodies keep their velocities. Kinematic bodies move there at constant velocity during the
-    /// next [`Engine::advance`] and push bodies in their way; [`Engine::pose`] returns the new pose at once.
+    /// next [`Engine::advance`] and push bodies in their path; [`Engine::pose`] returns the new pose at once.
     fn set_pose(&mut self, body: BodyId, pose: &Isometry3<f64>);
     /// Sets the velocities of a dynamic body.
     fn set_twist(&mut self, body: BodyId, twist: &Twist);
@@ -439,8 +439,8 @@ pub trait Engine: Send + Sync {
         }
     }
     /// Runs one of the `steps` steps of an advance, counted from 0. Running all of them in order gives the same result,
-    /// bit for bit, as one [`Engine::advance_with`]. Between them, everything may be read, and drives and pairs may be
-    /// changed.
+    /// bit for bit, as one [`Engine::advance_with`]. Between these calls, all state may be read, and drives and pairs
+    /// may be changed.
     fn advance_part(&mut self, step: u32, steps: u32, before: Option<&mut BeforeStep<'_>>);
     /// Sets the contact parameters of a pair from the next step on, or removes them if `rule` is `None`.
     fn set_pair(&mut self, a: BodyId, b: BodyId, rule: Option<PairRule>);

@@ -1,13 +1,14 @@
 //! [`Engine`] implemented with rapier3d, in f64.
 //!
 //! - Velocities are solved in sub-steps; collisions are detected once per step.
-//! - Friction and restitution of a pair are the products of both bodies' coefficients, as in Bullet.
-//! - Bodies with joints never sleep; others sleep once they have rested on something for a second.
+//! - The restitution of a pair is the product of both bodies' coefficients, as in Bullet; `FrictionRule` determines the
+//!   friction.
+//! - Bodies with joints never sleep; others sleep once they have rested on something for one second.
 //! - Work is shared among the threads of the calling rayon pool: `pool.install(|| engine.advance(5))`. The bits of the
 //!   result do not depend on the number of threads.
 //!
-//! `tuning` has the parameters of the solver. `state` is the engine's complete state, `records` its data for each body
-//! and joint, `shapes` a cache of shapes. `bodies` creates bodies and colliders, `joints` creates joints, `drives`
+//! `tuning` defines the parameters of the solver. `state` is the engine's complete state, `records` its data for each
+//! body and joint, `shapes` a cache of shapes. `bodies` creates bodies and colliders, `joints` creates joints, `drives`
 //! updates their drives, `reduced` implements joints in reduced coordinates, `gears` couples joints, `load` computes
 //! their loads, `respond` decides which bodies collide, `grip` implements anisotropic and rolling friction, `overlap`
 //! separates bodies that were created overlapping, `curved` lets cylinders roll, `report` reads contacts, `velocity`
@@ -69,8 +70,8 @@ impl Rapier {
         engine
     }
 
-    /// Moves kinematic bodies evenly along their way, so that they push with the velocity of their motion. `done` is
-    /// the fraction completed.
+    /// Moves kinematic bodies at constant velocity along their paths, so that they push with the velocity of their
+    /// motion. `done` is the fraction of the advance that is complete after this step.
     fn move_kinematic(&mut self, done: f64) {
         for (id, (from, to)) in &self.tables.moving {
             let Some(record) = &self.tables.bodies[id.0 as usize] else {
@@ -90,7 +91,7 @@ impl Rapier {
 }
 
 impl Rapier {
-    /// Returns the friction of a pair according to its own rule or its materials, if either is set.
+    /// Returns the friction that the rule or the materials of a pair specify, or `None` if neither is set.
     fn met(&self, a: BodyId, b: BodyId) -> Option<f64> {
         let rule = self.tables.pairs.get(&(a.min(b), a.max(b))).and_then(|r| r.friction);
         let material = |id| self.tables.surfaces.get(&id).map_or(0, |s| s.material);
@@ -160,7 +161,7 @@ impl Engine for Rapier {
                 if tree {
                     return Held::Tree(Tied::default());
                 }
-                // A joint that cannot be in reduced form, or in a tree, closes a loop.
+                // A joint that can be neither in reduced form nor in a tree closes a loop.
                 let form = if desc.form == JointForm::Impulse { JointForm::Impulse } else { JointForm::Loop };
                 let desc = JointDesc { form, ..desc.clone() };
                 Held::Impulse(self.world.insert_impulse_joint(a.handle, b.handle, joints::build(&desc, frames, zero)))
@@ -270,7 +271,7 @@ impl Engine for Rapier {
             self.tables.surfaces.remove(&body);
         } else if self.tables.surfaces.insert(body, surface) != Some(surface) {
             self.watch_pairs(body);
-            // Wake bodies resting on a belt when it starts.
+            // Bodies that rest on a belt must wake when it starts.
             let handle = self.record(body).map(|r| r.handle);
             handle.into_iter().for_each(|h| self.wake_touching(h));
         }

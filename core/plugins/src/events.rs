@@ -51,11 +51,11 @@ const FAULT: [Field; 7] = [
 ];
 const PAIR: [Field; 7] = [
     ("a", TATU_OBJECT, 0, None, "a shape"),
-    ("b", TATU_OBJECT, 0, None, "the other"),
-    ("a_path", TEXT, 0, None, "path of the first"),
-    ("b_path", TEXT, 0, None, "path of the other"),
-    ("point", TATU_F64S, 3, M, "point of contact, in the world"),
-    ("normal", TATU_F64S, 3, None, "unit vector from the first to the other"),
+    ("b", TATU_OBJECT, 0, None, "the other shape"),
+    ("a_path", TEXT, 0, None, "path of `a`"),
+    ("b_path", TEXT, 0, None, "path of `b`"),
+    ("point", TATU_F64S, 3, M, "point of contact, world frame"),
+    ("normal", TATU_F64S, 3, None, "unit vector from `a` to `b`"),
     ("force", TATU_F64, 0, N, "force along the normal, over the last physics step"),
 ];
 
@@ -63,8 +63,8 @@ const EVENTS: &[(&str, &str, &[Field])] = &[
     ("started", "A run has begun.", &[]),
     ("paused", "Time has stopped.", &[]),
     ("resumed", "Time continues after a pause.", &[]),
-    ("stopped", "A run has ended; the scene is as it was before.", &[]),
-    ("object_added", "An object was created while the world lives.", &OBJECT),
+    ("stopped", "A run has ended; the scene is in its state before the run.", &[]),
+    ("object_added", "An object was created after the scene was opened.", &OBJECT),
     ("object_removed", "An object was removed.", &OBJECT),
     ("edited", "A person edited the scene, undid or redid an edit, or saved.", {
         const EDITED: [Field; 3] = [
@@ -74,25 +74,25 @@ const EVENTS: &[(&str, &str, &[Field])] = &[
         ];
         &EDITED
     }),
-    ("collision", "Two shapes begin to touch.", &PAIR),
-    ("contact", "Two shapes touch: once for each pair and physics stage.", &PAIR),
-    ("separation", "Two shapes no longer touch.", {
+    ("collision", "Two shapes have come into contact.", &PAIR),
+    ("contact", "Two shapes are in contact: once per pair and physics stage.", &PAIR),
+    ("separation", "Two shapes are no longer in contact.", {
         const TWO: [Field; 4] = [PAIR[0], PAIR[1], PAIR[2], PAIR[3]];
         &TWO
     }),
-    ("fault", "Something went wrong for the first time.", &FAULT),
-    ("script_error", "Something went wrong in a script for the first time.", &FAULT),
-    ("plugin_failed", "Something went wrong in a plugin for the first time.", &FAULT),
-    ("message", "A line was written by a script, a plugin or the host.", {
+    ("fault", "A fault occurred for the first time.", &FAULT),
+    ("script_error", "A fault occurred in a script for the first time.", &FAULT),
+    ("plugin_failed", "A fault occurred in a plugin for the first time.", &FAULT),
+    ("message", "A script, a plugin or the host wrote a line to the log.", {
         const LINE: [Field; 2] =
             [("level", TEXT, 0, None, "error, warning, info, debug or status"), ("text", TEXT, 0, None, "the line")];
         &LINE
     }),
-    ("console", "A script printed on a console of its own, or emptied it.", {
+    ("console", "A script printed text on its own console, or cleared it.", {
         const PRINTED: [Field; 3] = [
             ("title", TEXT, 0, None, "title of the console"),
             ("text", TEXT, 0, None, "the printed text, unchanged"),
-            ("clear", TATU_BOOL, 0, None, "whether the console was emptied"),
+            ("clear", TATU_BOOL, 0, None, "whether the console was cleared"),
         ];
         &PRINTED
     }),

@@ -181,8 +181,8 @@ pub fn end_if_child() {
     }
 }
 
-/// Ends a forked copy of the process: it has only one thread, would wait for the others for ever, and could write to
-/// the program's files.
+/// Ends a forked copy of the process, which has only one thread: it would wait forever for the others, and could write
+/// to the program's files.
 #[cold]
 fn end_child() {
     #[cfg(unix)]
@@ -192,8 +192,8 @@ fn end_child() {
     };
 }
 
-/// Gives this thread the floating-point mode with which every program starts: rounding to nearest, with subnormal numbers,
-/// without traps.
+/// Sets this thread's floating-point mode to that with which every program starts: rounding to nearest, subnormal
+/// numbers enabled, traps disabled.
 pub fn take_plain_mode() {
     #[cfg(target_arch = "x86_64")]
     register::write(0x1f80);
@@ -201,11 +201,11 @@ pub fn take_plain_mode() {
     register::write(0);
 }
 
-/// Whether the process belongs to other code as well.
+/// Whether the process also belongs to other code; see [`share_process`].
 static SHARED: AtomicBool = AtomicBool::new(false);
 
-/// Declares that the process belongs to other code as well, such as an interpreter, which may change its locale, working
-/// folder and signal handlers at any time. From then on only the state of threads is checked and restored.
+/// Declares that the process also belongs to other code, such as an interpreter, which may change its locale, working
+/// folder and signal handlers at any time. From then on, only the state of threads is checked and restored.
 pub fn share_process() {
     SHARED.store(true, Relaxed);
 }

@@ -93,7 +93,7 @@ mod mapped {
 
     impl Mapping {
         pub fn new(bytes: &[u8], label: &str) -> (Self, *const u8) {
-            // SAFETY: `sysconf` takes no pointers and has no preconditions.
+            // SAFETY: `sysconf` has no pointer arguments and no preconditions.
             let page = usize::try_from(unsafe { libc::sysconf(libc::_SC_PAGESIZE) }).unwrap_or(4096);
             let data = bytes.len().div_ceil(page).max(1) * page;
             // SAFETY: without an address and a file, `mmap` creates a new mapping, which no other code uses.

@@ -45,7 +45,7 @@ struct OwnHost {
     raw: tatu_host,
     shared: Weak<Shared>,
     holder: Holder,
-    /// Tables that the plugin gets truncated, with their sizes in bytes.
+    /// Tables of which the plugin gets truncated copies, with the sizes of the copies in bytes.
     needs: Vec<(CString, u32)>,
     /// The folder of its assets, if there is one.
     assets: Option<CString>,
@@ -160,7 +160,8 @@ impl HostTables {
     pub fn ticket(&self, mailbox: &Arc<Mailbox>, wait: u64) -> u64 {
         self.shared.tickets.issue(mailbox, wait)
     }
-    /// Delivers the result for a ticket, given the host pointer that a plugin has. Returns whether the ticket was valid.
+    /// Delivers the result for a ticket, given the host pointer that a plugin has. Returns whether the ticket was
+    /// valid.
     ///
     /// # Safety
     /// As for [`number_at`](Self::number_at).
@@ -193,7 +194,7 @@ unsafe extern "C" fn service(host: *const tatu_host, id: *const c_char) -> *cons
     let id = unsafe { CStr::from_ptr(id) };
     let found = (shared.find)(id);
     if found.is_null() {
-        // The limit keeps a plugin that asks endlessly from exhausting memory.
+        // The limit prevents a plugin that requests tables endlessly from exhausting memory.
         if let Some(mut keys) = shared.keys.lock().ok().filter(|k| k.refused.len() < 64) {
             keys.refused.push(id.to_string_lossy().into_owned());
         }

@@ -1,11 +1,11 @@
 //! Plugins: finding and loading them, and everything they offer.
 //!
-//! - `search`: folders and files in which plugins are searched, the user's own last;
+//! - `search`: the folders and files that are searched for plugins, the user's own folder last;
 //! - `load`: opens a plugin and copies its tables; `elf`, `drafts`: reasons to reject it;
 //! - [`Registry`]: everything that the loaded plugins offer, by id;
 //! - `tickets`: results of plugins' own threads;
 //! - [`HostTables`]: the host's functions, which plugins request by id, and interned keys;
-//! - [`setup_turn`]: one thread at a time starts plugins and makes instances;
+//! - [`setup_turn`]: ensures that one thread at a time starts plugins and creates instances;
 //! - [`thread_grant`]: use of instances on several threads;
 //! - [`guard`]: floating-point mode, locale and other state that plugins must not change;
 //! - [`guarded`], [`state_block`]: memory that plugins write to;

@@ -142,7 +142,7 @@ impl Loaded {
                 .ok()
                 .flatten()
                 .map_or(std::ptr::null(), |p| p.cast::<tatu_plugin_t>().cast_const());
-        // Never unloaded, see `Loaded`.
+        // The library is never unloaded, because pointers into it have no lifetime.
         std::mem::forget(library);
         // SAFETY: the descriptor is null or belongs to the library, which is never unloaded.
         let raw = unsafe { tables::read(descriptor) }.ok_or_else(|| {
@@ -276,8 +276,7 @@ impl Loaded {
     }
 }
 
-/// Returns the ids of the tables that a plugin needs, and the number of bytes of each.
-/// Returns the folder of assets beside a library: `tatu_lamp.assets` of `libtatu_lamp.so`.
+/// Returns the folder of assets beside a library: `tatu_lamp.assets` for `libtatu_lamp.so`.
 pub fn assets_folder(library: &Path) -> Option<PathBuf> {
     let name = library.file_name()?.to_str()?;
     let stem = name.strip_prefix(std::env::consts::DLL_PREFIX).unwrap_or(name);
@@ -285,12 +284,13 @@ pub fn assets_folder(library: &Path) -> Option<PathBuf> {
     Some(library.with_file_name(format!("{stem}.assets")))
 }
 
-/// Returns the folder of a plugin's assets in the form that plugins get, if it exists.
+/// Returns the absolute path of a plugin's folder of assets, for `tatu_host.assets`, or `None` if it does not exist.
 fn assets_of(library: &Path) -> Option<CString> {
     let folder = assets_folder(library).filter(|f| f.is_dir())?;
     CString::new(std::path::absolute(folder).ok()?.into_os_string().into_encoded_bytes()).ok()
 }
 
+/// Returns the ids of the tables that a plugin needs, and the number of bytes of each.
 fn needs_of(raw: &tatu_plugin_t) -> Vec<(CString, u32)> {
     // SAFETY: the contract requires `needs` to be null or a null-terminated list of tables; it belongs to the library,
     // which is never unloaded.

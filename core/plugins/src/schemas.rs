@@ -97,7 +97,7 @@ pub(super) fn lacks(kind: &SensorKind) -> Vec<String> {
             let claims = format!("claims the schema `{}`", schema.id);
             let Some(found) = kind.fields.iter().find(|f| f.name == wanted.name) else {
                 if !wanted.optional {
-                    out.push(format!("{claims} and has no field `{}`", wanted.name));
+                    out.push(format!("{claims} but lacks its field `{}`", wanted.name));
                 }
                 continue;
             };

@@ -1,4 +1,4 @@
-//! The folders in which plugins are searched, and the files that can be plugins.
+//! The folders that are searched for plugins, and the files that can be plugins.
 
 use std::{
     path::{Path, PathBuf},
@@ -38,7 +38,7 @@ fn stem(name: &str) -> Option<&str> {
 pub struct Search {
     /// Folders, in search order.
     pub folders: Vec<(PathBuf, Source)>,
-    /// Libraries that are opened in any case, before those in the folders; their names are not looked at.
+    /// Libraries that are opened before those in the folders, whatever their names.
     pub files: Vec<PathBuf>,
     /// Names of libraries (without prefix and suffix) that may be opened from `Source::Built` folders.
     pub built: Vec<String>,
@@ -46,7 +46,7 @@ pub struct Search {
     pub copies: Option<Arc<Copies>>,
     /// The only file that is opened, whatever its name and folder; used to test a single plugin.
     pub only: Option<PathBuf>,
-    /// Folders in which models are searched by name, in order.
+    /// Folders that are searched for models by name, in order.
     pub models: Vec<PathBuf>,
 }
 
@@ -66,8 +66,8 @@ impl Copies {
         })?;
         Ok(Copies { folder, made: AtomicUsize::new(0) })
     }
-    /// Copies a file under a unique name, because the loader would return the first library for a second one of the
-    /// same name.
+    /// Copies a file to a unique name, because for a second library with the same name the loader would return the
+    /// first one.
     pub fn copy(&self, file: &Path) -> std::io::Result<PathBuf> {
         let number = self.made.fetch_add(1, Ordering::Relaxed);
         let name = file.file_name().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default();
@@ -148,7 +148,8 @@ impl Search {
         files
     }
 
-    /// Files that may be plugins: those that are named, then in order of folders, then of names.
+    /// Returns the files that may be plugins: explicitly named ones first, then those in the folders in search order,
+    /// sorted by name.
     pub fn candidates(&self) -> Vec<PathBuf> {
         if let Some(only) = &self.only {
             return vec![only.clone()];
@@ -174,7 +175,7 @@ impl Search {
     pub fn describe(&self) -> String {
         let mut out = String::new();
         for (folder, _) in &self.folders {
-            let note = if folder.is_dir() { "" } else { " (not there)" };
+            let note = if folder.is_dir() { "" } else { " (does not exist)" };
             out += &format!("\n    {}{note}", folder.display());
         }
         out

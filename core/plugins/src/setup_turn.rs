@@ -1,11 +1,11 @@
-//! Whose turn it is to start or end plugins, and to make or end their instances.
+//! A lock that lets one thread at a time start or end plugins, and create or destroy their instances.
 
 use parking_lot::{ReentrantMutex, ReentrantMutexGuard};
 
 static TURN: ReentrantMutex<()> = ReentrantMutex::new(());
 
-/// Waits until no other thread starts or ends plugins or instances, which plugins are promised: `[setup]` in the header.
-/// A plugin may have instances made while one of its own is made, so a thread that has the turn may take it again.
+/// Waits until no other thread starts or ends plugins or instances, as `[setup]` in the header guarantees. The lock is
+/// reentrant, because a plugin may cause instances to be created while one of its own is being created.
 pub fn setup_turn() -> ReentrantMutexGuard<'static, ()> {
     TURN.lock()
 }

@@ -68,7 +68,7 @@ pub unsafe fn read<T: Table>(from: *const T) -> Option<T> {
         let mut to: T = std::mem::zeroed();
         let take = size.min(size_of::<T>()) & !7;
         std::ptr::copy_nonoverlapping(from.cast::<u8>(), (&raw mut to).cast::<u8>(), take);
-        // The stated size is kept, for messages.
+        // The stated size is preserved, for messages.
         *(&raw mut to).cast::<u32>() = size as u32;
         Some(to)
     }

@@ -8,7 +8,7 @@ use std::{
 /// Maximum size of a result, bytes.
 pub const MOST_BYTES: usize = 1 << 28;
 
-/// Where the results for one world arrive, from any thread.
+/// Receives the results for one world, from any thread.
 #[derive(Debug, Default)]
 pub struct Mailbox(Mutex<Vec<(u64, Vec<u8>)>>);
 
@@ -33,7 +33,7 @@ impl Tickets {
     /// Issues a ticket for a wait of a world.
     pub fn issue(&self, mailbox: &Arc<Mailbox>, wait: u64) -> u64 {
         let mut issued = self.0.lock().unwrap_or_else(PoisonError::into_inner);
-        // The tickets of worlds that have ended are of no use to anybody.
+        // Tickets of worlds that have ended can no longer deliver a result.
         issued.open.retain(|_, (mailbox, _)| mailbox.strong_count() > 0);
         issued.last += 1;
         let ticket = issued.last;

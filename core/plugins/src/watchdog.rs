@@ -108,7 +108,7 @@ pub fn here() -> *const Watch {
     HERE.get()
 }
 
-/// A way to find the current position of a script.
+/// A function that returns the current position of a script, and its argument, as addresses.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct ScriptPlace(usize, usize);
 
@@ -268,10 +268,10 @@ pub struct Stuck {
     pub script: ScriptPlace,
 }
 
-/// Number of attempts, a millisecond apart, to take a lock whose holder may never release it.
+/// Number of attempts, a millisecond apart, to acquire a lock whose holder may never release it.
 const TRIES: usize = 100;
 
-/// Takes a lock that a stuck or crashed thread may hold; returns `None` if it is not released in time.
+/// Acquires a lock that a stuck or crashed thread may hold; returns `None` if it is not released in time.
 pub fn peek<T>(of: &Mutex<T>) -> Option<MutexGuard<'_, T>> {
     for _ in 0..TRIES {
         match of.try_lock() {
@@ -294,8 +294,8 @@ pub struct Watches(Arc<Inner>);
 
 #[derive(Default)]
 struct Inner {
-    /// The watches are also owned by this list: an exception thrown by a plugin may destroy the world before it ends
-    /// the program, and the call must still be known then.
+    /// Shared ownership, because an exception thrown by a plugin may destroy the world before it ends the program, and
+    /// the record of the call must still exist then.
     all: Mutex<Vec<Arc<Watch>>>,
     /// Ids of plugins, by index.
     plugins: Mutex<Vec<String>>,

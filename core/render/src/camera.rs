@@ -22,7 +22,7 @@ pub struct Camera {
 pub(super) struct Lens {
     pub eye: Point3<f64>,
     ahead: Vector3<f64>,
-    /// Steps to the next pixel in a row and to the next row below, at distance 1.
+    /// Step to the next pixel in a row, at distance 1; `down` is that to the next row below.
     pub across: Vector3<f64>,
     pub down: Vector3<f64>,
     middle: [f64; 2],

@@ -12,11 +12,11 @@ use super::Camera;
 const FROM: [f64; 3] = [-0.55, -0.65, 0.5];
 /// The same for a model alone: the camera is ahead, to the right and above.
 const FROM_AHEAD: [f64; 3] = [0.62, -0.6, 0.42];
-/// Parts whose distance from the others is below this share of their extent belong to the model.
+/// A part belongs to the model if its distance from the other parts is below this share of their extent.
 const GAP: f64 = 0.4;
-/// Scale of the margin around the visible shapes.
+/// Factor of the camera distance that leaves a margin around the visible shapes.
 const ROOM: f64 = 1.05;
-/// Assumed size of a scene in which nothing is visible, in metres.
+/// Assumed size of a scene without visible shapes, in metres.
 const NOTHING: f64 = 1.0;
 
 /// Returns the first camera of the scene and its path. `fov`, in radians, overrides its own angle.
@@ -50,8 +50,8 @@ pub fn framing(world: &World, fov: f64, size: [u32; 2]) -> Camera {
     showing(all, Vector3::from(FROM), fov, size)
 }
 
-/// Returns a camera that shows a model alone, from ahead: what hangs together with its first visible shape, without markers
-/// that it has far away, such as waypoints.
+/// Returns a camera that shows a model alone, from ahead: all parts that are close to its first visible shape or to
+/// each other, without distant markers such as waypoints.
 pub fn model_framing(world: &World, fov: f64, size: [u32; 2]) -> Camera {
     let mut left = visible(world);
     let mut all = (!left.is_empty()).then(|| left.remove(0));
@@ -65,14 +65,14 @@ pub fn model_framing(world: &World, fov: f64, size: [u32; 2]) -> Camera {
     showing(all, Vector3::from(FROM_AHEAD), fov, size)
 }
 
-/// The least and the greatest coordinates of a shape, world frame, m.
+/// The least and the greatest coordinates of a shape in the world frame, m.
 type Bounds = [Vector3<f64>; 2];
 
 fn around([low, high]: Bounds, [a, b]: Bounds) -> Bounds {
     [low.inf(&a), high.sup(&b)]
 }
 
-/// Returns the bounds of each part of the visible shapes, without planes.
+/// Returns the bounds of each part of the visible shapes, except planes.
 fn visible(world: &World) -> Vec<Bounds> {
     world.look_at(|scene, _| {
         let shapes = scene.slots().filter_map(|(slot, o)| Some((slot, o.shape().filter(|_| o.is_visible())?)));

@@ -1,8 +1,8 @@
-//! Pictures of a world for people, ray traced on the CPU without a display.
+//! Pictures of a world for human viewers, ray traced on the CPU without a display.
 //!
 //! - [`Camera`]: position, direction, field of view and resolution;
-//! - `framing`: default cameras: the first camera of the scene, or one that shows everything;
-//! - `stage`: what can be seen: visible forms with their colours, drawings, curves, the floor;
+//! - `framing`: default cameras: the first camera of the scene, or one that shows all visible shapes;
+//! - `stage`: the contents of a picture: visible forms with their colours, drawings, curves, the floor;
 //! - `marks`: drawings and curves of graphs as small solids;
 //! - `light`: the lamp, the sky, the grid on the floor, and the shading of surfaces;
 //! - `render`: the pixels, with shadows and antialiased edges.
@@ -28,8 +28,8 @@ use tatu_core::World;
 
 /// Renders a picture of the scene in its current state: visible shapes, drawings, and curves of graphs in space.
 ///
-/// Each pixel takes 10 to 30 rays, which are cast on the threads of the world. `lines` are drawn in addition to the
-/// contents of the scene. `ground` selects whether a floor is drawn below everything if the scene has none.
+/// Each pixel requires 10 to 30 rays, which are cast on the threads of the world. `lines` are rendered in addition to
+/// the contents of the scene. `ground` selects whether a floor is rendered below all shapes if the scene has no plane.
 pub fn picture(world: &World, camera: &Camera, lines: &[Line], ground: bool) -> Picture {
     let stage = world.look_at(|scene, figures| stage::Stage::of(scene, figures, camera, lines, ground));
     world.install(|| render::render(&stage, camera))

@@ -14,7 +14,7 @@ const LAMP: [f64; 3] = [0.80, 0.77, 0.71];
 /// Ambient light from above and from below on an unoccluded surface.
 const ABOVE: [f64; 3] = [0.40, 0.43, 0.48];
 const UNDER: [f64; 3] = [0.30, 0.29, 0.28];
-/// Light from the eye on a surface that faces it, which gives contrast to surfaces in the shadow.
+/// Light from the eye on a surface that faces it, which gives contrast to surfaces in shadow.
 const FRONT: f64 = 0.10;
 /// Colours of the sky at the zenith and at the horizon.
 const ZENITH: [f64; 3] = [0.30, 0.47, 0.72];
@@ -23,7 +23,7 @@ const HORIZON: [f64; 3] = [0.80, 0.86, 0.92];
 const HAZE: f64 = 60.0;
 
 impl Color {
-    /// Colour of the floor drawn for a scene without one.
+    /// Colour of the floor rendered for a scene without one.
     pub const FLOOR: Color = Color(Vector3::new(0.42, 0.42, 0.42));
 
     /// Converts a colour of a scene, which is gamma-encoded, each channel 0 to 1.
@@ -94,11 +94,11 @@ pub(super) fn hazed(color: Color, distance: f64, eye_height: f64) -> Color {
     color.mixed(Color(Vector3::from(HORIZON)), share)
 }
 
-/// Lines of the floor's grid: spacing and width, in metres, and how much they darken the floor, 0 to 1.
+/// Lines of the floor's grid: spacing and width, in metres, and the share by which they darken the floor, 0 to 1.
 const GRID: [(f64, f64, f64); 2] = [(1.0, 0.012, 0.34), (0.1, 0.004, 0.14)];
 
-/// Returns how much the grid darkens a point of the floor, 0 to 1. `reach` is the extent of a pixel there along x and
-/// y, in metres; lines fade where it is a large part of their spacing.
+/// Returns the share by which the grid darkens a point of the floor, 0 to 1. `reach` is the extent of the pixel on the
+/// floor along x and y, in metres; lines fade where it is a large part of their spacing.
 pub(super) fn grid(point: &Point3<f64>, reach: [f64; 2]) -> f64 {
     let mut darker: f64 = 0.0;
     for (step, width, strength) in GRID {
@@ -108,8 +108,8 @@ pub(super) fn grid(point: &Point3<f64>, reach: [f64; 2]) -> f64 {
             let reach = reach.max(1e-6);
             let covered = (off + reach / 2.0).min(width / 2.0) - (off - reach / 2.0).max(-width / 2.0);
             let share = (covered / reach).max(0.0);
-            // Lines narrower than a pixel are drawn wider and fainter, so that they do not break up, and fade out where
-            // they get too close together.
+            // Lines narrower than a pixel are rendered wider and fainter, so that they do not break up, and fade out
+            // where they get too close together.
             let seen =
                 if width < reach { (1.0 - (off.abs() / reach)).max(0.0) * (width / reach).sqrt() } else { share };
             let fade = (1.0 - 5.0 * reach / step).clamp(0.0, 1.0);

@@ -19,7 +19,7 @@ pub(super) struct Mark {
 /// A line segment in space.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Line {
-    /// Its ends in the world frame, in metres; if they coincide, a dot is drawn.
+    /// Ends of the line in the world frame, in metres; if they coincide, the line is rendered as a dot.
     pub ends: [Point3<f64>; 2],
     /// Red, green and blue, each 0 to 1.
     pub color: [f64; 3],

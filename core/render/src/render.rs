@@ -12,7 +12,7 @@ use super::{
     stage::{Seen, Stage, What},
 };
 
-/// A picture.
+/// A rendered RGB image.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Picture {
     /// Number of pixels per row.
@@ -23,7 +23,7 @@ pub struct Picture {
     pub rgb: Vec<u8>,
 }
 
-/// What the centre of a pixel sees.
+/// The surface hit by the ray through the centre of a pixel, with its illumination.
 #[derive(Clone, Copy)]
 struct Sample {
     seen: Seen,
@@ -213,7 +213,7 @@ impl View<'_> {
     }
 }
 
-/// Order in which the pixels of a block take the directions: neighbours get distant ones.
+/// Assignment of sampling directions to the pixels of a block: adjacent pixels use distant directions.
 const SCATTERED: [u32; 16] = [0, 8, 2, 10, 12, 4, 14, 6, 3, 11, 1, 9, 15, 7, 13, 5];
 
 fn is_solid(seen: &Seen) -> bool {

@@ -8,7 +8,7 @@ use tatu_scene::{Scene, visible_parts};
 
 use super::{Camera, Line, light::Color, marks};
 
-/// Everything that a picture can show.
+/// The surfaces that a picture can show, as targets for rays.
 pub(super) struct Stage {
     solids: BeamScene,
     marks: BeamScene,
@@ -36,7 +36,7 @@ pub(super) enum What {
     Sky,
     /// The floor drawn for a scene without one.
     Floor,
-    /// The index of a form, and its face.
+    /// A solid, by index, and the primitive that was hit.
     Solid(u32, u32),
     Mark(u32),
 }
@@ -74,7 +74,7 @@ impl Stage {
         Stage { solids, marks, colors, planes, floor }
     }
 
-    /// Returns what is seen from a point in a direction.
+    /// Returns the nearest surface along a ray from `eye`.
     pub fn look(&self, eye: &Point3<f64>, direction: &Unit<Vector3<f64>>) -> Seen {
         let ray = ray(eye, direction, 0.0, FAR);
         let (hit, mark) = (self.solids.cast_one(&ray), self.marks.cast_one(&ray));
@@ -101,12 +101,12 @@ impl Stage {
         best
     }
 
-    /// Returns whether a solid is within `far` of a point in a direction. Marks cast no shadows.
+    /// Returns whether a ray from a point hits a solid within the distance `far`. Marks cast no shadows.
     pub fn blocked(&self, from: &Point3<f64>, direction: &Unit<Vector3<f64>>, far: f64) -> bool {
         self.solids.cast_one(&ray(from, direction, 0.0, far)).is_some()
     }
 
-    /// Returns the colour of what is seen, unlit.
+    /// Returns the unlit colour of a surface.
     pub fn color(&self, seen: &Seen) -> Color {
         match seen.what {
             What::Solid(i, primitive) => {

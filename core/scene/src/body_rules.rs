@@ -44,7 +44,7 @@ pub(super) fn has_special_surface(scene: &Scene, slot: u32) -> bool {
     scene.get(slot).and_then(|o| o.shape()).is_some_and(|s| s.surface.is_special())
 }
 
-/// Returns whether an object above it, a dynamic shape or a joint, can move it.
+/// Returns whether an ancestor of an object, a dynamic shape or a joint, can move the object.
 fn is_carried(scene: &Scene, slot: u32) -> bool {
     let mut at = scene.get(slot).map_or(0, |o| o.parent);
     while let Some(o) = scene.get(at) {

@@ -22,7 +22,7 @@ const STEPS: usize = 60;
 struct Freedom {
     origin: Vector3<f64>,
     axis: Vector3<f64>,
-    /// Rotation (rad) and translation (m) per unit.
+    /// Rotation (rad) and translation (m) per unit of joint position.
     turns: f64,
     slides: f64,
     limits: (f64, f64),
@@ -91,7 +91,7 @@ impl Chain {
     }
 }
 
-/// A distance, m, and a rotation, rad, in the world frame.
+/// A translation (m) and a rotation vector (rad) in the world frame.
 type Gap = (Vector3<f64>, Vector3<f64>);
 
 /// Returns the gap from the first pose to the second.
@@ -150,7 +150,7 @@ fn least(chains: &[Chain; 2], reach: f64) -> Gap {
             }
         }
         let size = rest.norm_squared();
-        // Equal gaps can look different at other joint positions; the first one is closest to the current positions.
+        // Among gaps of nearly equal size, the first is preferred: it is closest to the current joint positions.
         if best.is_none_or(|(s, _)| size < 0.99 * s) {
             best = Some((size, left));
         }
@@ -169,7 +169,7 @@ fn axes(v: &Vector3<f64>) -> String {
 }
 
 impl Scene {
-    /// Returns the pairs of linked dummies that no position of their joints brings together, one sentence each.
+    /// Returns one sentence for each pair of linked dummies that no joint positions can bring together.
     pub fn open_loops(&self) -> Vec<String> {
         links(self).into_iter().filter_map(|pair| self.open_loop(pair)).collect()
     }
@@ -204,8 +204,8 @@ impl Scene {
             parts.push(format!("{:.4} rad about {}", left.1.norm(), axes(&left.1)));
         }
         Some(format!(
-            "the linked dummies {} and {} cannot meet: whatever the positions of the {} joint axes between them, {} \
-             of the world remain; a link fixes position and orientation: turn one of the dummies, or put one on a \
+            "the linked dummies {} and {} cannot meet: at any position of the {} joint axes between them, a gap of {} \
+             (world axes) remains; a link fixes position and orientation: turn one of the dummies, or attach one to a \
              joint of its own",
             self.path(one),
             self.path(other),

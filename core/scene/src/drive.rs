@@ -22,8 +22,8 @@ pub const KEYS: &[(&str, &str)] = &[
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Drive {
     form: Form,
-    /// Paths of the driven joints, relative to the object. A leading `-` marks joints that drive backwards when turned
-    /// forwards.
+    /// Paths of the driven joints, relative to the object. A leading `-` marks a joint whose positive rotation drives
+    /// the robot backwards.
     joints: Vec<String>,
     /// Paths of the steering joints: left and right alternating, or a single one in the middle.
     steering: Vec<String>,
@@ -32,7 +32,7 @@ pub struct Drive {
     wheelbase: f64,
     /// Distance of the driven axle, or of the centre of all wheels, ahead of the object's origin, m.
     axle: f64,
-    /// Angles of the wheels about the centre, rad.
+    /// Angular positions of the wheels about the centre, rad.
     angles: Vec<f64>,
 }
 
@@ -52,7 +52,7 @@ impl Form {
 }
 
 impl Drive {
-    /// Returns the paths of all joints that it names, relative to its object.
+    /// Returns the paths of all joints of the drive, relative to its object, without leading `-`.
     pub fn joint_paths(&self) -> impl Iterator<Item = &str> {
         self.joints.iter().chain(&self.steering).map(|p| p.strip_prefix('-').unwrap_or(p))
     }
@@ -73,9 +73,10 @@ impl Drive {
         let length = |key: &'static str, needed: bool| match keys.number(key)? {
             Some(x) if x > 0.0 => Ok(x),
             None if !needed => Ok(0.0),
-            _ => keys.wrong(key, &format!("a length above 0, which a drive of type {name} needs")),
+            _ => keys.wrong(key, &format!("a length above 0, which a drive of type {name} requires")),
         };
-        // Wheels at angles are on a circle whose diameter is the track.
+        // Without angles, an omnidirectional drive has four mecanum wheels; with angles, the wheels are on a circle
+        // whose diameter is the track.
         let mecanum = form == Form::Omni && angles.is_empty();
         let drive = Drive {
             radius: length("radius", true)?,
@@ -103,7 +104,7 @@ impl Drive {
                 keys.wrong("joints", "four paths, front left, front right, rear left, rear right; or give `angles`")
             }
             Form::Omni if !mecanum && (drive.joints.len() != drive.angles.len() || drive.joints.len() < 3) => {
-                keys.wrong("angles", "a list with as many numbers as there are joints, three at least")
+                keys.wrong("angles", "a list of numbers, one for each of at least three joints")
             }
             _ => Ok(Some(drive)),
         }

@@ -1,4 +1,4 @@
-//! The solids of a shape: those that are drawn and hit by beams, those that collide, and the default mass.
+//! The solids of a shape: those that are rendered and detected by beams, and those that collide; the default mass.
 
 use std::sync::Arc;
 
@@ -7,8 +7,7 @@ use tatu_geometry::{Form, Mesh, Part};
 
 use super::{Primitive, Shape};
 
-/// Returns the form of a primitive with the full extents `size`, or `None` for a mesh that is missing, and for a
-/// compound.
+/// Returns the form of a primitive with the full extents `size`, or `None` for a missing mesh and for a compound.
 fn form(primitive: Primitive, size: Vector3<f64>, (mesh, convex): (Option<&Arc<Mesh>>, bool)) -> Option<Form> {
     Some(match primitive {
         Primitive::Box => Form::Box { half: size / 2.0 },
@@ -21,7 +20,7 @@ fn form(primitive: Primitive, size: Vector3<f64>, (mesh, convex): (Option<&Arc<M
     })
 }
 
-/// Returns the parts of a shape that are drawn and that beams see.
+/// Returns the parts of a shape that are rendered and that beams detect.
 pub fn visible_parts(shape: &Shape) -> Vec<Part> {
     if shape.primitive == Primitive::Compound {
         let part = |p: &super::ShapePart| {

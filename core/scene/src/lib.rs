@@ -1,15 +1,15 @@
 //! The scene: the document that describes it, and the live tree of objects with handles, names, poses and properties.
 //!
-//! - [`document`]: descriptions by scene files, models and importers; nothing in them is live;
+//! - [`document`]: descriptions of scenes from scene files, models and importers;
 //! - [`noise`], [`graph`]: declarations of sensor noise, and of graphs;
 //! - `object`: a single object; `tree`: all objects: slots with generations, aliases, unique names; `names`,
-//!   `name_index`: paths and old-style names; `moves`: the shapes that have moved;
-//! - `transforms`: poses by slot, current and at the last barrier; `poses`: reading and setting them;
-//! - [`rows`]: the property rows of the core; `props`: reading and setting them;
+//!   `name_index`: lookup by path and by unique name; `moves`: the shapes that have moved;
+//! - `transforms`: poses by slot, current and at the last barrier; `poses`: reading and setting poses;
+//! - [`rows`]: the property rows of the core; `props`: reading and setting properties;
 //! - `forms`: the solids of a shape; `drive`: the wheel drive of a robot; `texture`: images on shapes;
-//! - `dynamics`: bodies and joints of the engine; `body_rules`: which objects they are created from; `mechanisms`: the
-//!   solver for the joints of a mechanism; `closing`: whether loops can be closed; `mechanics`: checks of a scene's
-//!   mechanics.
+//! - `dynamics`: bodies and joints of the engine; `body_rules`: rules for their creation from objects; `mechanisms`:
+//!   the choice of solver for the joints of a mechanism; `closing`: whether loops can be closed; `mechanics`: checks of
+//!   a scene's mechanics.
 
 mod body_rules;
 mod closing;
@@ -51,14 +51,14 @@ pub use tree::{Handle, Scene};
 
 use nalgebra::{Isometry3, Quaternion, Rotation3, Translation3, UnitQuaternion, Vector3};
 
-/// Converts a pose to 7 numbers: x y z, quaternion x y z w.
+/// Converts a pose to 7 values: position x y z, quaternion x y z w.
 pub fn pose_to_array(p: &Isometry3<f64>) -> [f64; 7] {
     let (t, q) = (p.translation.vector, p.rotation.coords);
     [t.x, t.y, t.z, q.x, q.y, q.z, q.w]
 }
 
-/// Converts 7 numbers to a pose, with a normalised quaternion. Returns `None` if a number is not finite, or if the
-/// quaternion is zero.
+/// Converts 7 values, as from [`pose_to_array`], to a pose with a normalised quaternion. Returns `None` if a value is
+/// not finite, or if the quaternion is zero.
 pub fn pose_from_array(a: &[f64; 7]) -> Option<Isometry3<f64>> {
     let q = Quaternion::new(a[6], a[3], a[4], a[5]);
     let finite = a.iter().all(|x| x.is_finite()) && q.norm() > 1e-12;

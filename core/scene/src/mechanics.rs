@@ -16,8 +16,8 @@ use super::{
 /// Largest mass ratio of two bodies on a joint for which joints and contacts have been tested.
 const MOST_RATIO: f64 = 1000.0;
 
-/// Longest sub-step with which a stack of ten boxes is stable, s: they shift by 0.4 mm; with twice that they sink by 70
-/// mm.
+/// Longest sub-step with which a stack of ten boxes is stable, s: the boxes shift by 0.4 mm. With twice the length,
+/// they sink by 70 mm.
 const COARSEST: f64 = 0.005;
 
 /// Relative rounding tolerance in the triangle inequality of principal moments of inertia.
@@ -29,13 +29,13 @@ pub fn mechanics(scene: &Scene, settings: &Settings) -> Vec<String> {
     let substep = settings.physics_dt.min(settings.dt) / f64::from(settings.physics_substeps.max(1));
     if substep > COARSEST {
         found.push(format!(
-            "physics steps of {} s in {} parts are too coarse for contacts: what is stacked sinks and topples; \
-             take parts of {COARSEST} s or less, by `physics_dt_s` or `physics_substeps`",
+            "physics steps of {} s in {} sub-steps are too coarse for contacts: stacked objects sink and topple; use \
+             sub-steps of at most {COARSEST} s, by `physics_dt_s` or `physics_substeps`",
             settings.physics_dt.min(settings.dt),
             settings.physics_substeps
         ));
     }
-    // A hundred equal robots give a single message.
+    // Equal problems are merged, so that a hundred equal robots cause a single message.
     let mut alike: BTreeMap<String, Vec<String>> = BTreeMap::new();
     for (slot, object) in scene.slots() {
         let Some(shape) = object.shape().filter(|s| s.dynamic) else { continue };
@@ -53,7 +53,7 @@ pub fn mechanics(scene: &Scene, settings: &Settings) -> Vec<String> {
     found
 }
 
-/// Checks that the joints that drives name exist.
+/// Checks that the joints named by drives exist.
 fn broken_drives(scene: &Scene) -> Vec<String> {
     let mut found = Vec::new();
     for (slot, object) in scene.slots() {
@@ -82,10 +82,13 @@ fn impossible(shape: &Shape) -> Option<String> {
     let even = default_inertia(shape, mass(shape)).diagonal();
     let help = format!("a homogeneous body of its size and mass has {:.3e}, {:.3e}, {:.3e}", even.x, even.y, even.z);
     if *a <= 0.0 {
-        return Some(format!("a moment of inertia is {a:.3e} kg m^2, which is not above 0; {help}"));
+        return Some(format!("a moment of inertia is {a:.3e} kg m^2, but must be above 0; {help}"));
     }
     (a + b < c * (1.0 - ROUNDING)).then(|| {
-        format!("no body has moments of inertia of {a:.3e}, {b:.3e} and {c:.3e} kg m^2: none can exceed the sum of the other two; {help}")
+        format!(
+            "no body has moments of inertia of {a:.3e}, {b:.3e} and {c:.3e} kg m^2: none can exceed the sum of the \
+             other two; {help}"
+        )
     })
 }
 
@@ -99,8 +102,8 @@ fn uneven(scene: &Scene, slot: u32, shape: &Shape) -> Option<String> {
     let ratio = one.max(other) / one.min(other);
     (ratio > MOST_RATIO).then(|| {
         format!(
-            "`{}` holds bodies of {one:.3e} kg and {other:.3e} kg: with more than {MOST_RATIO} times the mass the light one \
-             is shaken by rounding; give it more mass, or make both one body",
+            "`{}` connects bodies of {one:.3e} kg and {other:.3e} kg: at mass ratios above {MOST_RATIO}, rounding \
+             errors shake the lighter one; increase its mass, or merge the two bodies",
             scene.path(tie)
         )
     })
@@ -154,8 +157,8 @@ fn weak_grippers(scene: &Scene, settings: &Settings) -> Vec<String> {
             let weight = mass(held) * settings.gravity.norm();
             if most < weight {
                 found.push(format!(
-                    "the gripper of `{}` cannot hold `{}`: {} N from both sides give {most:.3} N of friction, its weight is \
-                     {weight:.3} N; raise `max_force_n` or the friction",
+                    "the gripper of `{}` cannot hold `{}`: {} N from both sides yield {most:.3} N of friction, but its \
+                     weight is {weight:.3} N; increase `max_force_n` or the friction",
                     scene.path(gripper.joint),
                     scene.path(slot),
                     gripper.force

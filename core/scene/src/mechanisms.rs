@@ -2,9 +2,9 @@
 //!
 //! A mechanism consists of everything attached to a root body by joints and force sensors. Reduced coordinates are
 //! exact under any load, whether a tree of links or the engine solves them; the tree is several times as fast, but
-//! does not support loops, gears, screws and special surfaces. Impulses are cheaper still but soft. They suffice for a vehicle: its
-//! wheels turn about axes through their centres of mass, so the joints carry no torque, and swivel or steering axes are
-//! upright.
+//! does not support loops, gears, screws and special surfaces. Impulses are cheaper still but soft. They suffice for a
+//! vehicle: its wheels turn about axes through their centres of mass, so the joints carry no torque, and swivel or
+//! steering axes are upright.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -25,26 +25,28 @@ const UPRIGHT: f64 = 0.9;
 /// Maximum number of joints between a vehicle and a wheel: a caster has two.
 const DEEPEST: u32 = 2;
 
-/// The forms of all mechanisms, by their root shapes, each with the reason.
+/// The solver forms of all mechanisms.
 struct Forms {
+    /// For each shape that is connected to another: the slots of that shape and of the joint or force sensor.
     ties: BTreeMap<u32, (u32, u32)>,
+    /// The form of each mechanism, with the reason, by its root shape.
     of_root: BTreeMap<u32, (JointForm, &'static str)>,
 }
 
-/// Returns the form of each tie, by the shape below it.
+/// Returns the form of each joint and force sensor, by the shape below it.
 pub(super) fn forms(scene: &Scene) -> BTreeMap<u32, JointForm> {
     let Forms { ties, of_root } = choose(scene);
     let of = |child: u32| of_root.get(&root(&ties, child).0).map(|(form, _)| *form).unwrap_or_default();
     ties.keys().map(|child| (*child, of(*child))).collect()
 }
 
-/// Returns the solver of the mechanism that a shape belongs to, and why; empty if it belongs to none.
+/// Returns the solver of the mechanism that a shape belongs to, and the reason; empty if it belongs to no mechanism.
 pub(crate) fn solver_used(scene: &Scene, slot: u32) -> String {
     let Forms { ties, of_root } = choose(scene);
     of_root.get(&root(&ties, slot).0).map_or_else(String::new, described)
 }
 
-/// Returns the paths of the first shapes of all mechanisms, each with its solver and why, in order of objects.
+/// Returns the path of the root shape of each mechanism, with the solver and the reason, in order of slots.
 pub fn solvers(scene: &Scene) -> Vec<(String, String)> {
     choose(scene).of_root.iter().map(|(root, choice)| (scene.path(*root), described(choice))).collect()
 }
@@ -83,7 +85,7 @@ fn choose(scene: &Scene) -> Forms {
             None => (JointForm::Tree, why),
         };
         let choice = match own {
-            // Coordinates can be coupled only in reduced form.
+            // Only the reduced form supports coupled joints.
             _ if coupled.contains(&root) => (JointForm::Reduced, "gears or screws couple its joints"),
             // In reduced coordinates, a body that is moved from outside has no velocity.
             _ if moves == Some(Motion::Kinematic) => (JointForm::Impulse, "its first shape is moved from outside"),
@@ -123,7 +125,7 @@ fn unfit_for_trees(scene: &Scene, ties: &BTreeMap<u32, (u32, u32)>) -> BTreeMap<
     unfit
 }
 
-/// Returns the root shape of the mechanism, and the number of joints in between.
+/// Returns the root shape of the mechanism of a shape, and the number of joints in between.
 fn root(ties: &BTreeMap<u32, (u32, u32)>, child: u32) -> (u32, u32) {
     let (mut at, mut depth) = (child, 0);
     while let Some((above, _)) = ties.get(&at) {
@@ -132,7 +134,8 @@ fn root(ties: &BTreeMap<u32, (u32, u32)>, child: u32) -> (u32, u32) {
     (at, depth)
 }
 
-/// Returns whether impulses suffice for a joint: it is revolute, and the last body is centred on its axis.
+/// Returns whether impulses suffice for a joint: it must be revolute, and if the body below it is the last one, the
+/// centre of mass must be on the axis.
 fn is_light(scene: &Scene, tie: u32, child: u32, last: bool) -> bool {
     let Some(Data::Joint(j)) = scene.get(tie).map(|o| &o.data) else { return false };
     let passive = &j.passive;

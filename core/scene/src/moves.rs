@@ -1,4 +1,4 @@
-//! A list of the shapes that have moved, so that followers need not visit all shapes.
+//! A list of the shapes that have moved, so that its readers need not visit all shapes.
 
 use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
 
@@ -8,7 +8,7 @@ pub struct Moves {
     list: Vec<u32>,
     /// Number of entries that preceded the current list and were dropped.
     gone: u64,
-    /// For each slot, the number of entries up to and including its last one; 0: none.
+    /// For each slot, the number of entries up to and including its last one, or 0 if it has no entry.
     noted: Vec<u64>,
     /// The position up to which the list has been read: a shape listed after it need not be listed again. It is atomic
     /// because documents, which contain a scene for their names, are shared by worlds on several threads.
@@ -32,7 +32,7 @@ impl Moves {
         if self.noted[at] > self.seen.load(Relaxed) {
             return;
         }
-        // A follower that is this far behind must visit all objects instead.
+        // A reader that is this far behind must visit all objects instead.
         if self.list.len() >= FEWEST.max(2 * self.noted.len()) {
             self.gone += self.list.len() as u64;
             self.list.clear();
@@ -41,8 +41,8 @@ impl Moves {
         self.noted[at] = self.gone + self.list.len() as u64;
     }
 
-    /// Returns the shapes that have moved since a position in the list, or `None` if they are not known. `last`
-    /// contains that position and is set to the current one; it belongs to a single scene.
+    /// Returns the shapes that have moved since a position in the list, or `None` if the list no longer goes back that
+    /// far. `last` contains that position and is set to the current one; it must only be used with the same scene.
     pub fn since(&self, last: &mut u64) -> Option<&[u32]> {
         let end = self.gone + self.list.len() as u64;
         self.seen.store(end, Relaxed);
@@ -64,11 +64,11 @@ mod tests {
         moves.note(3);
         moves.note(3);
         moves.note(5);
-        assert_eq!(moves.since(&mut a), Some(&[3, 5][..]), "each once between two looks");
+        assert_eq!(moves.since(&mut a), Some(&[3, 5][..]), "each once between two reads");
         moves.note(3);
         assert_eq!(moves.since(&mut a), Some(&[3][..]));
         assert_eq!(moves.since(&mut a), Some(&[][..]));
-        assert_eq!(moves.since(&mut b), Some(&[3, 5, 3][..]), "another look hides nothing from this one");
+        assert_eq!(moves.since(&mut b), Some(&[3, 5, 3][..]), "readers do not affect each other");
     }
 
     #[test]

@@ -1,5 +1,5 @@
-//! An index of objects by alias, with the numbers of their unique names. It is updated as the tree changes, since a
-//! world may have a hundred thousand objects with the same alias.
+//! An index of objects by alias, with the numbers of their unique names. It is updated incrementally, since a world may
+//! have a hundred thousand objects with the same alias.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -12,7 +12,7 @@ pub(super) struct NameIndex(BTreeMap<String, Users>);
 struct Users {
     /// Number of the unique name, and slot, of each object.
     all: BTreeSet<(i32, u32)>,
-    /// All numbers below this one are taken; the search for a free one starts here.
+    /// All numbers below this one are taken; the search for a free number starts here.
     free: i32,
 }
 
@@ -47,13 +47,13 @@ impl NameIndex {
         users.into_iter().flat_map(move |u| u.all.range((suffix, 0)..=(suffix, u32::MAX))).map(|(_, slot)| *slot)
     }
 
-    /// Returns the only object with this alias, or `None` if there are none or several.
+    /// Returns the only object with this alias, or `None` if no object or several objects have it.
     pub fn only(&self, alias: &str) -> Option<u32> {
         let users = self.0.get(alias).filter(|u| u.all.len() == 1)?;
         users.all.first().map(|(_, slot)| *slot)
     }
 
-    /// Returns the smallest number that is free for all these aliases, or -1 if no number is needed.
+    /// Returns the smallest number that is free for all these aliases; -1 stands for names without a number.
     pub fn free<'a>(&mut self, aliases: impl Iterator<Item = &'a str> + Clone) -> i32 {
         for alias in aliases.clone() {
             let Some(users) = self.0.get_mut(alias) else { continue };

@@ -13,7 +13,7 @@ pub fn is_alias(text: &str) -> bool {
 }
 
 impl Scene {
-    /// Returns the path of an object: `/robot[1]/arm`. It has an index if siblings share its alias.
+    /// Returns the path of an object, such as `/robot[1]/arm`. Parts whose alias is shared with siblings have an index.
     pub fn path(&self, slot: u32) -> String {
         let Some(o) = self.get(slot) else { return "/".into() };
         let siblings = self.children(o.parent);
@@ -24,7 +24,7 @@ impl Scene {
         if same.len() > 1 { format!("{above}/{}[{index}]", o.alias) } else { format!("{above}/{}", o.alias) }
     }
 
-    /// Returns the paths of all objects, by slot. Like [`Scene::path`], but in one pass.
+    /// Returns the paths of all objects, by slot, in one pass; see [`Scene::path`].
     pub fn paths(&self) -> BTreeMap<u32, String> {
         let mut all = BTreeMap::new();
         let mut ahead: Vec<(u32, String)> = vec![(0, String::new())];
@@ -141,12 +141,12 @@ impl Scene {
         self.index.named(alias, suffix).find(|s| !is_script(s))
     }
 
-    /// Returns the only object with this alias, or `None` if there are none or several.
+    /// Returns the only object with this alias, or `None` if no object or several objects have it.
     pub fn only(&self, alias: &str) -> Option<u32> {
         self.index.only(alias)
     }
 
-    /// Sets the alias of an object, and the number of its unique name.
+    /// Sets the alias of an object, and the number of its unique name: -1 for a name without a number.
     pub fn set_name(&mut self, slot: u32, alias: &str, suffix: i32) {
         let Some(o) = self.slots.get_mut(slot as usize).and_then(|s| s.object.as_mut()) else { return };
         if o.alias == alias && o.suffix == suffix {
@@ -186,7 +186,7 @@ impl Scene {
     }
 }
 
-/// Parses "a[2]" as a, third among its siblings, and "a{4}" as a, fifth in the tree.
+/// Parses an index: "a[2]" is the third among siblings with the alias a, and "a{4}" the fifth match of a in the tree.
 fn split_index(part: &str) -> Option<(String, Option<usize>, usize)> {
     for (open, close) in [('[', ']'), ('{', '}')] {
         if let Some(body) = part.strip_suffix(close) {
@@ -198,7 +198,7 @@ fn split_index(part: &str) -> Option<(String, Option<usize>, usize)> {
     Some((part.into(), None, 0))
 }
 
-/// Matches a pattern with wildcards: `*` is any text, `?` any character.
+/// Matches a pattern with wildcards: `*` matches any text, `?` any single character.
 fn matches(pattern: &str, text: &str) -> bool {
     let (p, t): (Vec<char>, Vec<char>) = (pattern.chars().collect(), text.chars().collect());
     // A row of the dynamic-programming table: `row[j]` is whether the pattern so far matches the first j characters.

@@ -1,11 +1,11 @@
-//! Poses of objects: reading them, setting them from outside, and keeping them up to date.
+//! Poses of objects: reading and setting them, and updating the poses of descendants.
 
 use nalgebra::Isometry3;
 
 use super::{Data, Scene};
 
 impl Scene {
-    /// Returns the pose of an object in the frame of its parent (the moving frame, if that is a joint).
+    /// Returns the pose of an object in the frame of its parent (the moving frame, if the parent is a joint).
     pub fn local(&self, slot: u32) -> Isometry3<f64> {
         self.places.local.get(slot as usize).copied().unwrap_or_default()
     }
@@ -18,15 +18,15 @@ impl Scene {
             None => Isometry3::identity(),
         }
     }
-    /// Returns the frame of an object's children, which is its own frame, moved by the joint if it is one. For 0,
-    /// returns the world frame.
+    /// Returns the frame of an object's children: its own frame, which the joint position displaces if it is a joint.
+    /// For 0, returns the world frame.
     pub fn frame(&self, slot: u32) -> Isometry3<f64> {
         let world = self.world(slot);
         let is_joint = self.places.links.get(slot as usize).is_some_and(|l| l.joint);
         let joint = if is_joint { self.get(slot).and_then(|o| o.joint()) } else { None };
         joint.map_or(world, |j| world * j.motion())
     }
-    /// Returns the frame of an object's parent, in which its local pose is given.
+    /// Returns the frame of an object's parent, which the object's local pose is relative to.
     pub fn parent_frame(&self, slot: u32) -> Isometry3<f64> {
         self.frame(self.places.links.get(slot as usize).map_or(0, |l| l.parent))
     }
@@ -77,7 +77,7 @@ impl Scene {
         }
         self.walk = walk;
     }
-    /// Stores the world pose of an object, without any other changes.
+    /// Stores the world pose of an object without updating its local pose or its descendants.
     #[inline]
     pub(super) fn put(&mut self, slot: u32, world: Isometry3<f64>) {
         if self.places.put(slot, world) && self.places.links[slot as usize].shape {
@@ -85,7 +85,7 @@ impl Scene {
         }
     }
 
-    /// Stores the world pose of an object from now on.
+    /// Makes an object store its world pose from now on, if it hangs (see `transforms`).
     pub(super) fn keep(&mut self, slot: u32) {
         let at = slot as usize;
         if self.places.links.get(at).is_some_and(|l| l.hangs) {
@@ -94,8 +94,8 @@ impl Scene {
             self.places.links[at].hangs = false;
         }
     }
-    /// Makes an object hang (see `transforms`) if it has no children and no reader tracks it; otherwise stores its
-    /// world pose. The stored pose must equal the one computed from its parent's, to the last bit.
+    /// Makes an object hang (see `transforms`) if it has no children and no reader tracks it; otherwise makes it store
+    /// its world pose. The stored pose must equal the pose computed from that of the parent, to the last bit.
     pub(super) fn hang(&mut self, slot: u32) {
         let Some(o) = self.get(slot) else { return };
         let watched = matches!(o.data, Data::Shape(_) | Data::Script) || !o.children.is_empty();
@@ -163,10 +163,10 @@ mod tests {
         let (still, old) = (s.world(moved), s.world(frame));
         assert_eq!((s.before(moved), s.before(frame)), (Some(still), Some(old)));
         let made = s.add(base, "made", at(0.0), Data::Dummy(None)).unwrap();
-        assert_eq!(s.before(made), None, "it was not there");
+        assert_eq!(s.before(made), None, "the object did not exist at the barrier");
         s.set_local(made, at(0.5));
         s.hang(made);
-        assert_eq!(s.before(made), None, "nor is it after a move");
+        assert_eq!(s.before(made), None, "a move does not change that");
         s.note_places();
         assert_eq!(s.before(made), Some(s.world(made)));
         // After a barrier without moves since the previous one, the current poses are the previous ones.

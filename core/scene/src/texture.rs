@@ -1,4 +1,4 @@
-//! Images on shapes: the property, and its table in scene files.
+//! Textures of shapes: the property, and its table in scene files.
 
 use std::sync::Arc;
 
@@ -14,7 +14,7 @@ use crate::{
     pose_from_array, pose_to_array,
 };
 
-/// Keys of an image on a shape, with their units.
+/// Keys of the table of a texture, with their units.
 pub const KEYS: &[(&str, &str)] = &[
     ("image", ""),
     ("mapping", ""),
@@ -27,7 +27,7 @@ pub const KEYS: &[(&str, &str)] = &[
     ("blend", ""),
 ];
 
-/// An image on a shape or part.
+/// The texture of a shape or part: an image and its projection.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct ShapeTexture {
     /// Number of its image in the document, from 1.
@@ -40,14 +40,14 @@ pub struct ShapeTexture {
 }
 
 impl ShapeTexture {
-    /// Returns what is on a part with this pose in the shape, if the image is known.
+    /// Returns the texture in the frame of a part with this pose in the shape, or `None` if the image is not known.
     pub fn on(&self, shape_from_part: &Isometry3<f64>) -> Option<Arc<Texture>> {
         let pose = shape_from_part.inverse() * self.projection.pose;
         let projection = Projection { pose, ..self.projection.clone() };
         Some(Arc::new(Texture { image: self.image.clone()?, projection }))
     }
 
-    /// Parses a table; an empty one means no image.
+    /// Parses a table; an empty table means that there is no texture.
     pub fn from_value(value: &Value) -> Result<Option<Self>, Refusal> {
         if matches!(value, Value::Map(entries) if entries.is_empty()) {
             return Ok(None);
@@ -69,7 +69,7 @@ impl ShapeTexture {
         let size = match *keys.numbers("size")? {
             [] => usual.size,
             [x, y] if x > 0.0 && y > 0.0 => [x, y],
-            _ => return keys.wrong("size", "the width and the height of the image on the surface, above 0"),
+            _ => return keys.wrong("size", "the width and the height of the image on the surface, both above 0"),
         };
         let mut pose = Isometry3::identity();
         match *keys.numbers("position")? {
@@ -92,19 +92,19 @@ impl ShapeTexture {
         }
         let repeat = keys.flags("repeat")?.map_or(Ok(usual.repeat), |given| match *given {
             [right, up] => Ok([right, up]),
-            _ => keys.wrong("repeat", "two times true or false: to the right, and up"),
+            _ => keys.wrong("repeat", "two values, true or false: repetition to the right, and upwards"),
         })?;
         let smooth = keys.flags("smooth")?.and_then(|given| given.first().copied()).unwrap_or(usual.smooth);
         let projection = Projection { mapping, size, pose, repeat, smooth, blend };
         Ok(Some(ShapeTexture { image_number: number as u32, image: None, projection }))
     }
 
-    /// Returns the table, without what is usual; it is empty if there is no image.
+    /// Returns the table without default values; it is empty if there is no texture.
     pub fn to_value(texture: Option<&ShapeTexture>) -> Value {
         texture.map_or(Value::Map(Vec::new()), |t| t.numbered(i64::from(t.image_number)))
     }
 
-    /// Returns the table with another number for the image.
+    /// Returns the table with a given number for the image.
     pub fn numbered(&self, number: i64) -> Value {
         let (p, usual) = (&self.projection, Projection::default());
         let mut entries = vec![("image", Value::Int(number))];

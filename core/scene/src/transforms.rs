@@ -1,8 +1,8 @@
 //! Poses of objects in dense tables indexed by slot, so that the data that a step iterates over is contiguous and
 //! separate from the rest of the objects.
 //!
-//! An object *hangs* if its world pose is not stored but computed from its parent's on demand. A hundred sensors on a
-//! robot then cost nothing while the robot moves, except for those that measure.
+//! An object *hangs* if its world pose is not stored but computed on demand from that of its parent. A hundred sensors
+//! on a robot then cost nothing while the robot moves, except for those that measure.
 
 use nalgebra::Isometry3;
 use serde::{Deserialize, Serialize};
@@ -12,19 +12,19 @@ use serde::{Deserialize, Serialize};
 pub(super) struct Link {
     /// Number of objects that the slot has held.
     pub generation: u64,
-    /// Slot of the parent; 0: the world.
+    /// Slot of the parent, or 0 for the world.
     pub parent: u32,
-    /// Number of the barrier for which `before` was recorded last.
+    /// Number of the barrier for which the pose in `before` was last recorded.
     noted: u32,
-    /// Whether it was created at the time in `noted`, so that it has no earlier pose.
+    /// Whether the object was created after the barrier in `noted`, so that it has no earlier pose.
     new: bool,
-    /// Whether its world pose is computed on demand.
+    /// Whether the world pose is computed on demand.
     pub hangs: bool,
-    /// Whether it is a joint, which moves the frame of its children.
+    /// Whether the object is a joint, which moves the frame of its children.
     pub joint: bool,
-    /// Whether it is a shape, whose moves are recorded for followers.
+    /// Whether the object is a shape, whose moves are recorded in [`Moves`](crate::Moves).
     pub shape: bool,
-    /// Whether it is the base of a model.
+    /// Whether the object is the base of a model.
     pub model_base: bool,
     /// Whether the slot holds an object.
     pub there: bool,
@@ -42,7 +42,7 @@ pub(super) struct Transforms {
     before: Vec<Isometry3<f64>>,
     /// Number of the last barrier.
     now: u32,
-    /// Whether there was a barrier.
+    /// Whether there was a barrier whose poses have not been discarded.
     known: bool,
 }
 
@@ -85,7 +85,7 @@ impl Transforms {
         (self.local[at], self.world[at]) = (Isometry3::identity(), Isometry3::identity());
     }
 
-    /// Starts a barrier: current poses become those before any further move.
+    /// Marks a barrier: current poses become those that `before` returns.
     pub fn barrier(&mut self) {
         self.known = true;
         self.now = self.now.wrapping_add(1);

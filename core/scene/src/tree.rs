@@ -17,7 +17,7 @@ const FREE_NUMBERS: usize = 1 << 16;
 pub struct Handle(pub tatu_object);
 
 impl Handle {
-    /// Returns the slot, which is the number that scripts see.
+    /// Returns the slot, which scripts use as the object's handle.
     pub fn slot(self) -> u32 {
         tatu_slot(self.0)
     }
@@ -49,9 +49,9 @@ pub struct Scene {
     /// All objects, parents before children, one tree after the other; rebuilt when the tree changes.
     order: Vec<u32>,
     next_uid: u64,
-    /// Incremented with every change of the tree, or of the data that the engine and the beams are built from.
+    /// Incremented with every change of the tree, or of the data that bodies and beam targets are created from.
     pub shape_version: u64,
-    /// Incremented when something becomes visible or hidden.
+    /// Incremented when an object becomes visible or hidden.
     #[serde(skip)]
     pub seen_version: u64,
     /// Incremented with every change of a colour.
@@ -139,7 +139,7 @@ impl Scene {
         self.index.add(alias, -1, slot);
         self.note_kind(slot);
         match attached {
-            // A script moves with its owner, and no reader tracks it, so its pose is computed on demand.
+            // A script moves with its parent, and no reader tracks its pose, which is therefore computed on demand.
             true => self.places.links[slot as usize].hangs = true,
             false => self.siblings_mut(parent).push(slot),
         }
@@ -154,7 +154,8 @@ impl Scene {
         }
     }
 
-    /// Removes an object; its children move to its parent and keep their world poses.
+    /// Removes an object; its children are attached to its parent and keep their world poses. Returns whether the
+    /// object existed.
     pub fn remove(&mut self, slot: u32) -> bool {
         let Some(object) = self.slots.get_mut(slot as usize).and_then(|s| s.object.take()) else { return false };
         for child in object.children {
@@ -183,8 +184,8 @@ impl Scene {
         self.siblings_mut(parent).push(slot);
     }
 
-    /// Moves an object below a different parent, keeping its world pose. Returns `false` if the new parent is a
-    /// descendant of the object.
+    /// Attaches an object to a different parent, preserving its world pose. Returns `false` if the object does not
+    /// exist, or if the new parent is the object itself or one of its descendants.
     pub fn set_parent(&mut self, slot: u32, parent: u32) -> bool {
         let mut up = parent;
         while up != 0 {
@@ -203,7 +204,7 @@ impl Scene {
         true
     }
 
-    /// Marks that the counterparts of an object in the engine and the beams must be recreated.
+    /// Marks that the body and the beam targets of an object must be recreated.
     pub fn touch(&mut self, slot: u32) {
         self.shape_version += 1;
         if let Some(o) = self.get_mut(slot) {
@@ -211,7 +212,7 @@ impl Scene {
         }
     }
 
-    /// Changes the kind of an object, keeping its pose and name; returns whether the object exists.
+    /// Changes the kind of an object, preserving its pose and name; returns whether the object exists.
     pub fn change_kind(&mut self, slot: u32, data: Data) -> bool {
         let Some(o) = self.get_mut(slot) else { return false };
         o.data = data;
@@ -366,7 +367,7 @@ mod tests {
         assert_eq!(scene.world(script), scene.world(body));
     }
 
-    /// A handle stored by a script stays unused for as many removals as the reference promises.
+    /// The slot of a removed object is not reused for as many removals as the reference promises.
     #[test]
     fn numbers_come_again_late_and_in_order() {
         let mut scene = Scene::default();

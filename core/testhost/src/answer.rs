@@ -1,4 +1,4 @@
-//! Errors as tests get them: a status, and a sentence that is kept for each thread. No panic leaves the library.
+//! Errors as reported to tests: a status, and a message that is stored per thread. No panic leaves the library.
 
 use std::{
     cell::RefCell,
@@ -9,7 +9,7 @@ use std::{
 use tatu_core::errors::{Error, Fault};
 use tatu_plugin_api::abi::*;
 
-/// Why a function refused: a status, and what, where, and what was expected.
+/// The reason why a function failed: a status, and a message that states what failed, where, and what was expected.
 #[derive(Debug)]
 pub struct Wrong(pub tatu_status, pub String);
 
@@ -36,34 +36,31 @@ impl From<Box<Fault>> for Wrong {
 }
 
 thread_local! {
-    /// The sentence of the last function that refused.
+    /// Message of the last failure on this thread.
     static LAST: RefCell<String> = const { RefCell::new(String::new()) };
 }
 
-/// Runs what a function does; a refusal or a panic becomes the last error of the thread.
+/// Runs the body of a function; a failure or a panic becomes the last error of the thread.
 pub fn guarded<T>(refused: impl FnOnce(tatu_status) -> T, f: impl FnOnce() -> Result<T, Wrong>) -> T {
     let Wrong(status, text) = match catch_unwind(AssertUnwindSafe(f)) {
         Ok(Ok(done)) => return done,
         Ok(Err(wrong)) => wrong,
         Err(panic) => {
             let said = panic.downcast_ref::<&str>().copied();
-            let said = said.or_else(|| panic.downcast_ref::<String>().map(String::as_str)).unwrap_or("no text");
-            Wrong(
-                TATU_ERR_PANIC,
-                format!("the host panicked: {said}\n  help: this is an error of Tatu, please report it"),
-            )
+            let said = said.or_else(|| panic.downcast_ref::<String>().map(String::as_str)).unwrap_or("no message");
+            Wrong(TATU_ERR_PANIC, format!("the host panicked: {said}\n  help: this is a bug in Tatu: please report it"))
         }
     };
     LAST.with(|last| *last.borrow_mut() = text);
     refused(status)
 }
 
-/// The same for functions that return a status.
+/// As [`guarded`], for functions that return a status.
 pub fn status(f: impl FnOnce() -> Result<(), Wrong>) -> tatu_status {
     guarded(|status| status, || f().map(|()| TATU_OK))
 }
 
-/// The sentence of the last refusal; valid until the next one on this thread.
+/// Returns the message of the last failure, valid until the next failure on this thread.
 pub extern "C" fn last_error() -> tatu_str {
     LAST.with(|last| {
         let last = last.borrow();
@@ -71,15 +68,15 @@ pub extern "C" fn last_error() -> tatu_str {
     })
 }
 
-/// A text that a test gave.
+/// Returns a string that a test passes; `what` names it in errors.
 ///
 /// # Safety
-/// `text` is null or ends with 0, and lives for `'a`.
+/// `text` must be null, or a zero-terminated string that lives for `'a`.
 pub unsafe fn text<'a>(text: *const c_char, what: &str) -> Result<&'a str, Wrong> {
     if text.is_null() {
         return Err(Wrong::argument(format!("{what} is null")));
     }
-    // SAFETY: the caller promises it.
+    // SAFETY: the caller guarantees a zero-terminated string.
     let text = unsafe { CStr::from_ptr(text) };
     text.to_str().map_err(|_| Wrong::argument(format!("{what} is not UTF-8")))
 }

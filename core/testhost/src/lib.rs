@@ -1,11 +1,11 @@
-//! The host of tests: opens worlds for tests of plugins, in C, Rust or any other language that can load a library.
+//! The test host: opens worlds for tests of plugins, in C, Rust or any other language that can load a library.
 //!
-//! The library `tatuhost` lies beside the program and exports one function, which gives the table that
-//! `plugin-api/include/tatu/test.h` describes. The program itself uses the same table for `tatu plugin test`.
+//! The library `tatuhost` is installed beside the program and exports one function, which returns the table that
+//! `plugin-api/include/tatu/test.h` documents. The program itself uses the same table for `tatu plugin test`.
 //!
-//! - `table`: the functions, and the one that is exported; `answer`: errors, and the guard around each function;
-//! - `worlds`: the worlds that are open; `open`: how one is made;
-//! - `told`: readings, faults and lines as tests get them.
+//! - `table`: the functions of the table, and the exported one; `answer`: errors, and the guard around each function;
+//! - `worlds`: the open worlds; `open`: builds a world;
+//! - `told`: readings, faults and log lines in the form that tests receive.
 
 mod answer;
 mod open;

@@ -1,4 +1,4 @@
-//! How a world is made of what a test gives.
+//! Builds a world from the setup of a test.
 
 use std::{
     path::{Path, PathBuf},
@@ -17,29 +17,29 @@ use tatu_plugin_api::safe::program_file;
 
 use crate::answer::Wrong;
 
-/// What a world is made of.
+/// The arguments from which a world is built.
 pub struct Setup<'a> {
     /// The text of a scene file.
     pub scene: &'a [u8],
-    /// Where the files lie that it names.
+    /// Folder to which the paths in the scene are relative.
     pub folder: PathBuf,
-    /// Libraries, and folders with libraries.
+    /// Plugin libraries, and folders that contain some.
     pub plugins: Vec<PathBuf>,
 }
 
 /// The name under which the text of a scene is read.
 const SCENE: &str = "scene-of-the-test.toml";
 
-/// Where a program notes the calls into plugins; a library has no use for it.
+/// Where the program records calls into plugins; unset if the test host is used as a library.
 static WATCHES: OnceLock<Watches> = OnceLock::new();
 
-/// Notes the calls into plugins of all worlds to come there, so that a program can tell in which it crashed. The first
-/// call of this function counts.
+/// Sets where the calls into plugins of all later worlds are recorded, so that the program can report the call in which
+/// it crashed. Only the first call of this function has an effect.
 pub fn note_calls_in(watches: Watches) {
     let _ = WATCHES.set(watches);
 }
 
-/// Makes a world and starts it. The registry is to outlive it.
+/// Creates a world and starts it. The registry must outlive the world.
 pub fn open(setup: &Setup<'_>) -> Result<(World, Arc<Registry>), Wrong> {
     let environment = std::env::var_os("TATU_PLUGIN_PATH");
     let mut search = Search::standard(program_file().as_deref(), environment.as_deref(), &built());
@@ -50,7 +50,7 @@ pub fn open(setup: &Setup<'_>) -> Result<(World, Arc<Registry>), Wrong> {
             p => {
                 let text = format!("there is no plugin at {}", p.display());
                 return Err(Wrong::missing(
-                    text + "\n  expected: a library that has been built, or a folder with such",
+                    text + "\n  expected: a compiled plugin library, or a folder that contains some",
                 ));
             }
         }
@@ -67,7 +67,7 @@ pub fn open(setup: &Setup<'_>) -> Result<(World, Arc<Registry>), Wrong> {
     Ok((world, registry))
 }
 
-/// Of the plugins that the test gave, all must be there; others that cannot be loaded are none of its business.
+/// Fails if one of the plugins in `given` was refused. Other plugins that cannot be loaded do not concern the test.
 fn refused(registry: &Registry, given: &[PathBuf]) -> Result<(), Wrong> {
     let is_given = |text: &str| given.iter().any(|p| text.contains(&p.display().to_string()));
     match registry.refused.iter().find(|e| is_given(&e.text)) {
@@ -76,14 +76,14 @@ fn refused(registry: &Registry, given: &[PathBuf]) -> Result<(), Wrong> {
     }
 }
 
-/// Ends a world, then its plugins; what went wrong in that.
+/// Ends a world, then its plugins, and returns the errors of the plugins.
 pub fn close(world: World, registry: Arc<Registry>) -> Vec<String> {
     drop(world);
     let errors = Arc::into_inner(registry).map(Registry::end).unwrap_or_default();
     errors.iter().map(ToString::to_string).collect()
 }
 
-/// The folder of a setup; none is the working folder.
+/// Returns the folder of a setup; `None` stands for the working folder.
 pub fn folder(given: Option<&str>) -> PathBuf {
     given.map_or_else(|| std::env::current_dir().unwrap_or_default(), |g| Path::new(g).to_owned())
 }

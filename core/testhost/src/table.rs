@@ -1,4 +1,4 @@
-//! The functions of the table in `tatu/test.h`, and the one symbol of the library.
+//! The functions of the table in `tatu/test.h`, and the only exported symbol of the library.
 
 use std::{ffi::c_char, path::PathBuf, ptr::null_mut};
 
@@ -10,7 +10,7 @@ use crate::{
     told, worlds,
 };
 
-/// The table.
+/// The functions that tests call.
 pub static TABLE: tatu_test_host = tatu_test_host {
     size: size_of::<tatu_test_host>() as u32,
     reserved: 0,
@@ -28,7 +28,7 @@ pub static TABLE: tatu_test_host = tatu_test_host {
     last_error: Some(last_error),
 };
 
-/// The host of tests.
+/// Returns the table of the test host.
 #[unsafe(no_mangle)]
 pub extern "C" fn tatu_test_host_get() -> *const tatu_test_host {
     &raw const TABLE
@@ -38,10 +38,10 @@ unsafe extern "C" fn open(setup: *const tatu_test_setup) -> *mut tatu_test_world
     guarded(
         |_| null_mut(),
         || {
-            // SAFETY: by the contract, null or a table as large as its `size`.
+            // SAFETY: by the contract, null or a struct as large as its `size`.
             let given = unsafe { setup.as_ref() }.filter(|s| s.size as usize >= size_of::<tatu_test_setup>());
-            let given = given.ok_or_else(|| Wrong::argument("the setup is null, or its `size` is not set"))?;
-            // SAFETY: by the contract, texts that live through the call, and a list that ends with null.
+            let given = given.ok_or_else(|| Wrong::argument("the setup is null, or its `size` is too small"))?;
+            // SAFETY: by the contract, strings that live through the call, and a list that ends with null.
             let setup = unsafe {
                 let mut plugins = Vec::new();
                 let mut next = given.plugins;
@@ -69,7 +69,7 @@ unsafe extern "C" fn step(world: *mut tatu_test_world, n: u64) -> tatu_status {
         worlds::with(world, |open| {
             for _ in 0..n {
                 if open.world.stop_requested() {
-                    let text = format!("something asked for a stop after {} steps", open.world.steps());
+                    let text = format!("a stop was requested after {} steps", open.world.steps());
                     return Err(Wrong(TATU_ERR_GONE, text));
                 }
                 open.world.step();
@@ -138,7 +138,7 @@ unsafe extern "C" fn set(
 ) -> tatu_status {
     status(|| {
         worlds::with(world, |open| {
-            // SAFETY: by the contract, texts that live through the call, and null or one value.
+            // SAFETY: by the contract, strings that live through the call, and null or one value.
             let (path, key, values) = unsafe {
                 let values = ValueRef::slice(value, usize::from(!value.is_null()));
                 (answer::text(path, "the path")?, answer::text(key, "the key")?, values)
@@ -161,7 +161,7 @@ unsafe extern "C" fn call(
 ) -> tatu_status {
     status(|| {
         worlds::with(world, |open| {
-            // SAFETY: by the contract, a text and as many values as stated, which live through the call.
+            // SAFETY: by the contract, a string and `n_args` values that live through the call.
             let (name, args) =
                 unsafe { (answer::text(name, "the name of the command")?, ValueRef::slice(args, n_args as usize)) };
             let args: Result<Vec<_>, _> = args.iter().map(|v| v.to_value()).collect();
@@ -169,10 +169,10 @@ unsafe extern "C" fn call(
             let values = open.world.call(name, &args)?;
             let values = open.lend_all(&values);
             for (i, value) in values.iter().enumerate().take(if results.is_null() { 0 } else { cap as usize }) {
-                // SAFETY: by the contract, room for `cap` values.
+                // SAFETY: by the contract, `results` has room for `cap` values.
                 unsafe { results.add(i).write(*value) };
             }
-            // SAFETY: by the contract, null or a place for the number.
+            // SAFETY: by the contract, `n_results` is null or points to a number.
             if let Some(n) = unsafe { n_results.as_mut() } {
                 *n = values.len() as u32;
             }
@@ -196,17 +196,17 @@ unsafe extern "C" fn faults(world: *mut tatu_test_world) -> tatu_str {
     guarded(|_| Lent::EMPTY.raw(), all)
 }
 
-/// Writes an answer where the test wants it.
+/// Writes a value through a pointer that a test passes.
 ///
 /// # Safety
-/// `out` is null or a place for a value.
+/// `out` must be null or point to a value.
 unsafe fn give(out: *mut tatu_value, value: tatu_value) -> Result<(), Wrong> {
-    // SAFETY: the caller promises it.
+    // SAFETY: the caller guarantees null or a pointer to a value.
     match unsafe { out.as_mut() } {
         Some(out) => {
             *out = value;
             Ok(())
         }
-        None => Err(Wrong::argument("the place for the value is null")),
+        None => Err(Wrong::argument("`out` is null; expected a pointer to a value")),
     }
 }

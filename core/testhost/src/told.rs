@@ -1,4 +1,4 @@
-//! Readings, faults and lines as tests get them.
+//! Readings, faults and log lines in the form that tests receive.
 
 use tatu_core::{
     LogLine, Reading, World,
@@ -8,19 +8,19 @@ use tatu_plugin_api::{abi::*, safe::Value};
 
 use crate::answer::Wrong;
 
-/// What a sensor measured last.
+/// Returns the last reading of a sensor.
 pub fn reading(world: &World, path: &str) -> Result<Reading, Wrong> {
     if let Some(reading) = world.reading(path) {
         return Ok(reading);
     }
     if let Some(other) = world.observe(path) {
-        return Err(Wrong::missing(format!("{} is no sensor", other.path)));
+        return Err(Wrong::missing(format!("{} is not a sensor", other.path)));
     }
     let near = world.nearest(path).map_or(String::new(), |near| format!("; did you mean `{near}`?"));
     Err(Wrong::missing(format!("there is no object `{path}`{near}")))
 }
 
-/// A field of it. Bytes are numbers, too.
+/// Returns a field of the last reading of a sensor. Bytes are converted to integers.
 pub fn field(world: &World, path: &str, name: &str) -> Result<Value, Wrong> {
     let reading = reading(world, path)?;
     let names: Vec<&str> = reading.fields.iter().map(|f| f.name.as_str()).collect();
@@ -43,7 +43,7 @@ fn numbers(value: &Value) -> Value {
     }
 }
 
-/// The whole reading as a map.
+/// Converts a whole reading to a map.
 pub fn whole(reading: &Reading) -> Value {
     let fields = reading.fields.iter().map(|f| (Value::text(&f.name), numbers(&f.value))).collect();
     Value::Map(vec![
@@ -54,7 +54,7 @@ pub fn whole(reading: &Reading) -> Value {
     ])
 }
 
-/// A line for a fault that has occurred so many times.
+/// Formats a fault that has occurred `times` times as a line.
 pub fn fault(fault: &Fault, times: u64) -> String {
     let place = match (&fault.file, fault.line) {
         (Some(file), Some(line)) => format!("{file}:{line}: "),
@@ -66,7 +66,7 @@ pub fn fault(fault: &Fault, times: u64) -> String {
     format!("[{}] {place}{}{object}{help}{times}", fault.code, fault.message)
 }
 
-/// A line of the log.
+/// Formats a line of the log, with its level unless it is information.
 pub fn line(line: &LogLine) -> String {
     match line.level {
         TATU_LOG_ERROR => format!("error: {}", line.text),

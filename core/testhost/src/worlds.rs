@@ -1,5 +1,5 @@
-//! The worlds that tests have opened, by thread. A handle is a number that was never used before: one that is stale, or
-//! another thread's, is refused, and nothing is read through it.
+//! The worlds that tests have opened, by thread. A handle is a number that is never reused, so a stale handle, or one
+//! of another thread, is rejected; handles are never dereferenced.
 
 use std::{
     cell::{Cell, RefCell},
@@ -24,26 +24,26 @@ use crate::{
     told,
 };
 
-/// A world, and what was given of it.
+/// An open world, and the memory of the last answer.
 pub struct Open {
     pub world: World,
     registry: Arc<Registry>,
-    /// What the last answer points to.
+    /// Memory to which the last answer points.
     values: RefCell<Owned>,
     text: RefCell<String>,
-    /// How often each fault has been told.
+    /// Number of occurrences of each fault that have been reported to the test.
     told: RefCell<Vec<u64>>,
-    /// A call of the test is running in it.
+    /// Whether a call of the test is running in the world.
     busy: Cell<bool>,
 }
 
 thread_local! {
-    /// Not dropped with the thread, at whose end a world could not be ended in order.
+    /// Not dropped when the thread exits, because a world cannot be ended properly at that point.
     static OPEN: ManuallyDrop<RefCell<BTreeMap<usize, Rc<Open>>>> = const { ManuallyDrop::new(RefCell::new(BTreeMap::new())) };
 }
 static NEXT: AtomicUsize = AtomicUsize::new(1);
 
-/// Opens a world; its handle.
+/// Opens a world and returns its handle.
 pub fn add(setup: &Setup<'_>) -> Result<*mut tatu_test_world, Wrong> {
     let (world, registry) = open::open(setup)?;
     let handle = NEXT.fetch_add(1, Relaxed);
@@ -59,13 +59,13 @@ pub fn add(setup: &Setup<'_>) -> Result<*mut tatu_test_world, Wrong> {
     Ok(std::ptr::without_provenance_mut(handle))
 }
 
-/// Does something with a world.
+/// Calls `f` with a world.
 pub fn with<T>(handle: *mut tatu_test_world, f: impl FnOnce(&Open) -> Result<T, Wrong>) -> Result<T, Wrong> {
     let open = OPEN.with(|all| all.borrow().get(&handle.addr()).cloned()).ok_or_else(stranger)?;
     if open.busy.replace(true) {
         return Err(Wrong(
             TATU_ERR_BUSY,
-            "the world is busy with another call of the test, or one failed within it".into(),
+            "the world is busy with another call of the test, or an earlier call panicked".into(),
         ));
     }
     let done = f(&open);
@@ -78,7 +78,7 @@ fn stranger() -> Wrong {
     Wrong(TATU_ERR_GONE, text.into())
 }
 
-/// Stops a world and ends it; what has gone wrong since the test last asked.
+/// Stops a world and ends it. Fails with the faults that have not been reported to the test, and the errors at the end.
 pub fn remove(handle: *mut tatu_test_world) -> Result<(), Wrong> {
     let open = OPEN.with(|all| all.borrow_mut().remove(&handle.addr())).ok_or_else(stranger)?;
     open.world.stop();
@@ -91,27 +91,27 @@ pub fn remove(handle: *mut tatu_test_world) -> Result<(), Wrong> {
 }
 
 impl Open {
-    /// A value, whose memory lives until the next answer.
+    /// Returns a value in the form of the ABI, valid until the next answer.
     pub fn lend(&self, value: &Value) -> tatu_value {
         let mut room = Owned::default();
         let raw = room.raw(value);
         *self.values.borrow_mut() = room;
         raw
     }
-    /// Several of them.
+    /// Returns several values in the form of the ABI, valid until the next answer.
     pub fn lend_all(&self, values: &[Value]) -> Vec<tatu_value> {
         let mut room = Owned::default();
         let raw = values.iter().map(|v| room.raw(v)).collect();
         *self.values.borrow_mut() = room;
         raw
     }
-    /// A text, likewise.
+    /// Returns a text in the form of the ABI, valid until the next answer with a text.
     pub fn lend_text(&self, text: String) -> tatu_str {
         let mut kept = self.text.borrow_mut();
         *kept = text;
         tatu_str { ptr: kept.as_ptr().cast(), len: kept.len() as u64 }
     }
-    /// Faults that have not been told yet, or have occurred again.
+    /// Returns the faults that have not been reported yet, or have occurred again since.
     pub fn new_faults(&self) -> Vec<String> {
         let mut told = self.told.borrow_mut();
         let all = self.world.faults();

@@ -1,4 +1,5 @@
-//! The core of Tatu: a world that owns the scene and the physics step, with plugins around it. It names no plugin.
+//! The core of Tatu: a world that owns the scene and the physics step, with plugins around it. It depends on no
+//! particular plugin.
 //!
 //! Where to begin: [`World`] runs a [`document::Document`] with the kinds and commands that a [`plugins::Registry`]
 //! offers; `step/mod.rs` defines the order of one step. The other crates of the core are re-exported here, so a program
@@ -19,7 +20,7 @@
 //! # Ok::<(), tatu_core::errors::Error>(())
 //! ```
 
-#![cfg_attr(test, allow(clippy::disallowed_methods, reason = "what tests compare with decides no bits"))]
+#![cfg_attr(test, allow(clippy::disallowed_methods, reason = "values that tests compare with do not affect results"))]
 
 mod calls;
 mod cell;

@@ -50,7 +50,7 @@ rim.append(shapes.moved(shapes.lathe(shapes.rounded_profile(0.0100, -0.012, 0.00
 rim.append(shapes.moved(shapes.lathe([(0.0045, 0.0), (0.0045, 0.006)], 6), z=W / 2 - 0.0085))
 shapes.write("rim", shapes.merge(*rim), __file__)
 
-# Chassis: a tub that narrows between the wheels, drawn as a loft of rounded sections from the rear to the front.
+# Chassis: a tub that narrows between the wheels, built as a loft of rounded sections from the rear to the front.
 def section(x, half, low, high, corner=0.010):
     """A rounded section across x, counter-clockwise seen from the front."""
     shape = shapes.rounded_rectangle(2 * half, high - low, min(corner, half - 1e-3, (high - low) / 2 - 1e-3), 4)

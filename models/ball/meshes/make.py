@@ -1,4 +1,4 @@
-"""Writes what is seen on balls, for balls of their size about the origin: the football's pentagons and seams, the tennis
+"""Writes the surface details of balls of real size about the origin: the football's pentagons and seams, the tennis
 ball's seam, and the marble's ribbons."""
 import itertools, math, pathlib, sys
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2]))
@@ -15,7 +15,7 @@ def cross(a, b):
 
 
 def patch(corners, radius, steps=4):
-    """A patch of a ball: the convex polygon of unit vectors, counter-clockwise from outside, pressed onto the ball."""
+    """A patch of a sphere: a convex polygon of unit vectors, counter-clockwise from outside, projected onto it."""
     middle = unit([sum(c) for c in zip(*corners)])
     points, triangles = [], []
     for a, b in zip(corners, corners[1:] + corners[:1]):
@@ -37,7 +37,7 @@ def patch(corners, radius, steps=4):
     return points, triangles
 
 
-# The football: a truncated icosahedron. Its pentagons lie about the corners of an icosahedron.
+# The football: a truncated icosahedron. Its pentagons are centred on the vertices of an icosahedron.
 GOLDEN = (1 + math.sqrt(5)) / 2
 corners = [unit(p) for a, b in itertools.product((1, -1), (GOLDEN, -GOLDEN)) for p in ((0, a, b), (a, b, 0), (b, 0, a))]
 RADIUS = 0.11
@@ -47,7 +47,7 @@ for corner in corners:
     side = unit(cross(corner, near[0]))
     ahead = cross(side, corner)
     near.sort(key=lambda q: math.atan2(sum(x * y for x, y in zip(q, side)), sum(x * y for x, y in zip(q, ahead))))
-    # A third of the way to each neighbour, in the order of the angle about the corner.
+    # A third of the way to each neighbour, in the order of the angle about the vertex.
     ring = [unit([(2 * c + q) / 3 for c, q in zip(corner, n)]) for n in near]
     if sum(x * y for x, y in zip(cross(ring[0], ring[1]), corner)) < 0:
         ring.reverse()

@@ -1,4 +1,4 @@
-"""Writes the meshes of the Heron beside this file, m, in its base frame; floats and ducts about their own middle."""
+"""Writes the meshes of the Heron beside this file, m, in its base frame; floats and ducts about their own centres."""
 
 import math
 import pathlib
@@ -9,7 +9,7 @@ import shapes  # noqa: E402
 
 
 def section(x, half, low, high, full):
-    """A closed ring across the float: a round bilge below, a flat deck above."""
+    """A closed cross-section of the float: a round bilge below, a flat deck above."""
     ring = []
     n = 14
     for k in range(n + 1):

@@ -6,7 +6,7 @@ import shapes
 RADIUS, SHOULDER, NECK_FROM, HEIGHT = 0.0325, 0.135, 0.190, 0.220
 
 # A flat bottom with a round edge, a cylinder, and a shoulder that is a quarter of an ellipse cut off at the neck: convex,
-# so that it collides as what is seen.
+# so that the collision shape matches the visible one.
 body = [(RADIUS - 0.006, 0.0)]
 body += [(RADIUS - 0.006 + 0.006 * math.sin(a), 0.006 - 0.006 * math.cos(a)) for a in (0.5, 1.0, math.pi / 2)]
 rise = NECK_FROM - SHOULDER

@@ -1,4 +1,4 @@
-"""Meshes of BubbleRob. Of the body, the origin is the centre of the ball; of the wheels, the axis is z."""
+"""Meshes of BubbleRob. The origin of the body is the centre of the sphere; the axis of the wheels is z."""
 
 import math
 import pathlib
@@ -7,13 +7,13 @@ import sys
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2]))
 import shapes
 
-BODY = 0.1          # radius of the ball, m
+BODY = 0.1          # radius of the body's sphere, m
 TYRE = 0.04         # radius of a wheel, m
-WIDTH = 0.02        # its width, m
+WIDTH = 0.02        # width of a wheel, m
 
 
 def on_ball(radius, low, high, steps):
-    """The profile of a zone of a ball between two heights."""
+    """The profile of a spherical zone between two heights."""
     first, last = math.asin(low / radius), math.asin(high / radius)
     angles = [first + (last - first) * i / steps for i in range(steps + 1)]
     return [(radius * math.cos(a), radius * math.sin(a)) for a in angles]
@@ -30,17 +30,17 @@ def seam():
 
 
 def ahead(mesh):
-    """Turned so that its z axis points ahead."""
+    """The mesh, rotated so that its z axis points ahead."""
     return shapes.turned(mesh, "y", 90)
 
 
 def nose():
-    """A short barrel, out of the ball."""
+    """A short barrel that protrudes from the sphere."""
     return ahead(shapes.lathe([(0.026, 0.090), (0.026, 0.0985), (0.0255, 0.0995), (0.0245, 0.100)], 48))
 
 
 def bezel():
-    """The ring between barrel and ball."""
+    """The ring between barrel and sphere."""
     return ahead(shapes.lathe([(0.0295, 0.0925), (0.0295, 0.0962), (0.0285, 0.0972), (0.0262, 0.0975)], 48))
 
 
@@ -51,7 +51,7 @@ def lens():
 
 
 def gears():
-    """Of each motor, a round box between body and wheel, and the axle."""
+    """For each motor, a round housing between body and wheel, and the axle."""
     parts = []
     for side in (1, -1):
         box = shapes.lathe(shapes.rounded_profile(0.019, 0.030, 0.084, 0.004, 3), 32)
@@ -67,7 +67,7 @@ def tyre():
 
 
 def rim():
-    """A disc that stands out by half a millimetre on both sides."""
+    """A disc that protrudes by half a millimetre on both sides."""
     return shapes.lathe(shapes.rounded_profile(0.0275, -WIDTH / 2 - 0.0006, WIDTH / 2 + 0.0006, 0.001, 2), 48)
 
 

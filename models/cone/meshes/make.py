@@ -3,7 +3,7 @@ import pathlib, sys
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2]))
 import shapes
 
-# Height, side of the foot, m; and the bands, from and to, as fractions of the height.
+# Height and side of the foot, m, and the lower and upper edges of the bands, as fractions of the height.
 CONES = {
     "450": (0.45, 0.27, [(0.52, 0.80)]),
     "700": (0.70, 0.36, [(0.38, 0.58), (0.70, 0.84)]),

@@ -7,7 +7,7 @@ import sys
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2]))
 import shapes  # noqa: E402
 
-ARM = 0.031          # of the motors, along x and y
+ARM = 0.031          # offset of the motors, along x and y
 BOARD = 0.0125       # height of the board
 PROPELLER = 0.021    # height of the propellers
 RADIUS = 0.0231
@@ -81,7 +81,7 @@ shapes.write("pins", shapes.merge(*[
 shapes.write("chips", shapes.merge(*[
     shapes.turned(shapes.moved(shapes.box(0.0024, 0.0049, 0.0025), 0.0128, 0, 0.0262), "z", 90 * k) for k in range(4)],
     shapes.moved(shapes.box(0.007, 0.007, 0.0012), -0.001, 0, BOARD - 0.0013)), __file__)
-# The mark of the front on the deck: an arrow.
+# The arrow on the deck that marks the front.
 shapes.write("marks", shapes.merge(
     shapes.extrude([(0.0105, 0), (0.0065, 0.0032), (0.0065, -0.0032)], 0.02455, 0.02475),
     shapes.moved(shapes.box(0.0070, 0.0014, 0.0002, 0), 0.0032, 0.0052, 0.02465),

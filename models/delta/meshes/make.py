@@ -1,7 +1,7 @@
 """Meshes of the delta robot: head, upper arm and platform.
 
-The head and the platform are drawn in the robot's frame, z up; arms at 0, 120 and 240 degrees. The upper arm is drawn
-in the frame of its joint: x along the arm, z along the axis. All forms are estimates in the style of such robots.
+The head and the platform are in the robot's frame, z up; arms at 0, 120 and 240 degrees. The upper arm is in the frame
+of its joint: x along the arm, z along the axis. All shapes are estimates in the style of such robots.
 """
 import math
 import pathlib

@@ -1,4 +1,4 @@
-"""Meshes of the e-puck, in its base frame: on the floor between the wheels. Of the wheels, the axis is z."""
+"""Meshes of the e-puck, in its base frame: on the floor between the wheels. The axis of the wheels is z."""
 
 import math
 import pathlib
@@ -16,7 +16,7 @@ SENSORS = [(30, -10, -17.2), (22, -25, -45.9), (0, -31, -90), (-30, -15, -151.5)
 
 
 def clipped_circle(radius, half, steps=16):
-    """A circle without what is beyond `half` to the left and right; counter-clockwise."""
+    """A circle clipped at `half` to the left and right, counter-clockwise."""
     a = math.asin(half / radius)
     front = [-a + 2 * a * i / steps for i in range(steps + 1)]
     return [(radius * math.cos(t), radius * math.sin(t)) for t in front + [t + math.pi for t in front]]

@@ -1,6 +1,6 @@
 """Meshes of the Franka hand: the housing, from its flange to the guide of the fingers, and a finger.
 
-The housing is drawn in the frame of panda_hand: z away from the arm, y along the fingers' guide. Its sizes and
+The housing is in the frame of panda_hand: z away from the arm, y along the fingers' guide. Its sizes and
 roundings are estimates by eye. The finger follows the boxes of franka_description, with rounded edges.
 """
 import math

@@ -31,7 +31,7 @@ SIDE = [(0.80, 0.0), (0.96, 0.12), (1.0, 0.45), (0.93, 0.75), (0.75, 0.93), (0.4
 
 
 def hull(sections):
-    """Joins cross sections from back to front, with rounded upper edges, closed at both ends."""
+    """Joins cross sections from back to front, with rounded upper edges and closed ends."""
     n = 2 * len(SIDE)
     points, triangles = [], []
     for x, half, low, high in sections:

@@ -1,4 +1,4 @@
-"""Meshes of omni_platform. Run it to write them again: python3 make.py"""
+"""Meshes of omni_platform. To regenerate them, run: python3 make.py"""
 
 import math
 import pathlib
@@ -8,13 +8,13 @@ sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2]))
 import shapes
 
 # Wheel, in m, in its own frame: the axle is z.
-RADIUS = 0.05          # of the wheel
-ROLLER_CIRCLE = 0.036  # of the rollers' centres
+RADIUS = 0.05          # radius of the wheel
+ROLLER_CIRCLE = 0.036  # radius of the circle of the rollers' centres
 ROLLER_HALF = 0.037    # half the length of a roller
 
 
 def roller_radius(s):
-    """Radius of a roller at s along its axis, so that the wheel is round: the distance to the wheel's cylinder."""
+    """Radius of a roller at s along its axis: the distance to the wheel's cylinder, which makes the wheel round."""
     def inside(r, turn):
         x = ROLLER_CIRCLE + r * math.cos(turn)
         y = (s + r * math.sin(turn)) / math.sqrt(2)
@@ -74,7 +74,7 @@ def plate():
 
 
 def trim():
-    """Black parts: panels of front, rear and sides, the block that carries the arm, feet of the plate."""
+    """Black parts: front, rear and side panels, the block that carries the arm, the feet of the plate."""
     parts = [
         shapes.moved(shapes.box(0.012, 0.17, 0.05, 0.004, steps=2), 0.279, 0, -0.028),
         shapes.moved(shapes.box(0.012, 0.17, 0.05, 0.004, steps=2), -0.279, 0, -0.028),

@@ -1,6 +1,6 @@
-"""Meshes of the Panda's shells. What is a plain cylinder or box is a primitive in `model.toml`.
+"""Meshes of the Panda's shells. Plain cylinders and boxes are primitives in `model.toml`.
 
-Half housings and bends are used by two to four links each, at poses that `model.toml` gives; all other meshes are in
+Half housings and bends are used by two to four links each, at poses defined in `model.toml`; all other meshes are in
 the frame of their link, where z is the joint's axis. Lengths are those of the kinematics; radii and roundings are estimates
 by eye, and were not fitted to the capsules of the collision model.
 """
@@ -67,14 +67,14 @@ def bends():
     """From a column below the joint to its housing, which points to -y at the shoulder and to +y at the elbow."""
     path = bezier((0, 0, -0.150), (0, 0, -0.070), (0, -0.030, -0.004), (0, -0.088, -0.004))
     write("shoulder_bend", shapes.tube(path, 0.0515, 28))
-    # It has the radius of the column where it leaves it, and is narrower than the housing where it enters that.
+    # The bend has the radius of the column at its lower end, and is narrower than the housing at its upper end.
     path = bezier((-0.0825, 0, -0.100), (-0.0825, 0, -0.030), (-0.0600, 0.062, 0.002), (0, 0.064, 0), 11)
     radii = [COLUMN - 0.0100 * (i / 11) ** 2 for i in range(12)]
     write("elbow_bend", shapes.tube(path, radii, 28))
 
 
 def forearm():
-    """Link 5: a tube that narrows, and moves aside to hold the wrist."""
+    """Link 5: a tube that narrows, and is offset to the side to hold the wrist."""
     rings = []
     for z, y, width, depth, power in (
         (-0.2575, 0.0000, 0.0535, 0.0535, 2.0), (-0.2555, 0.0000, 0.0550, 0.0550, 2.0),

@@ -8,13 +8,13 @@ THIGH, SHIN, ANKLE, UPPER_ARM = 0.429, 0.4305, 0.068, 0.3255
 
 
 def ovals(rows, segments=32):
-    """A loft of ovals: z, half depth along x, half width along y, and how far its middle is ahead."""
+    """A loft of ovals: z, half depth along x, half width along y, and forward offset of the middle."""
     turns = [2 * math.pi * i / segments for i in range(segments)]
     return shapes.loft([[(ahead + a * math.cos(t), b * math.sin(t), z) for t in turns] for z, a, b, ahead in rows])
 
 
 def limb(rows, segments=24):
-    """The same, from the top down: distance from the joint, radius, and how far ahead."""
+    """A loft from the top down: distance from the joint, radius, and forward offset."""
     return ovals([(-d, r, r, ahead) for d, r, ahead in reversed(rows)], segments)
 
 

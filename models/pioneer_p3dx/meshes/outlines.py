@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Write the meshes of the body from the numbers in model.toml: outlines seen from above, extruded.
+"""Writes the meshes of the body from the dimensions in model.toml: outlines seen from above, extruded.
 
     models/pioneer_p3dx/meshes/outlines.py
 """
@@ -9,7 +9,7 @@ import pathlib
 
 HEIGHT = 0.1388
 AXLE = 0.0445
-# A quarter of an outline from its end to its side: fractions of length and of half width.
+# A quarter of an outline, from the end to the side, as fractions of length and of half width.
 CURVE = [(1.0, 0.36), (0.96, 0.57), (0.87, 0.76), (0.73, 0.91), (0.52, 1.0)]
 # Radius and thickness of a sonar's disc, and distance of its face behind the sensor's origin.
 DISC = (0.019, 0.006, 0.0005)

@@ -7,8 +7,8 @@ import sys
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2]))
 import shapes  # noqa: E402
 
-ARM = 0.21           # of the rotors
-RADIUS = 0.128       # of a propeller
+ARM = 0.21           # distance of the rotors from the centre
+RADIUS = 0.128       # radius of a propeller
 BEAM = 0.012         # height of the arms' middle
 
 

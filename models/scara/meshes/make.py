@@ -1,4 +1,4 @@
-"""Meshes of scara, each in the frame of its link. Run it to write them again: python3 make.py"""
+"""Meshes of scara, each in the frame of its link. To regenerate them, run: python3 make.py"""
 
 import math
 import pathlib
@@ -7,7 +7,7 @@ import sys
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2]))
 import shapes
 
-# m. Joint 1 is at (0.06, 0, 0.22) in the base's frame; links are drawn about their own joint axis.
+# m. Joint 1 is at (0.06, 0, 0.22) in the base's frame; links are centred on their own joint axis.
 ARM_1 = 0.31
 ARM_2 = 0.2615
 
@@ -73,7 +73,7 @@ def arm_2():
 
 
 def arm_2_dark():
-    """Seal around the shaft, and the button that frees the brake."""
+    """Seal around the shaft, and the button that releases the brake."""
     seal = shapes.moved(shapes.lathe(shapes.rounded_profile(0.022, -0.026, -0.01, 0.003, 2), 28), x=ARM_2)
     top = shapes.moved(shapes.lathe(shapes.rounded_profile(0.018, 0.082, 0.095, 0.003, 2), 28), x=ARM_2)
     button = shapes.moved(shapes.lathe([(0.006, 0.05), (0.006, 0.056), (0.004, 0.058)], 14), x=ARM_2 - 0.05, y=-0.026)

@@ -7,7 +7,7 @@ SIZE, CELLS, HEIGHT = 6.0, 26, 0.5
 
 
 def noise(ix, iy, seed):
-    """A number between 0 and 1 for a point of a grid, the same in every run."""
+    """A deterministic pseudo-random value between 0 and 1 for a point of a grid."""
     n = (ix * 374761393 + iy * 668265263 + seed * 2147483647) & 0xFFFFFFFF
     n = ((n ^ (n >> 13)) * 1274126177) & 0xFFFFFFFF
     return ((n ^ (n >> 16)) & 0xFFFF) / 65535
@@ -20,7 +20,7 @@ def smooth(x, y, seed):
     return (a * (1 - u) + b * u) * (1 - v) + (c * (1 - u) + d * u) * v
 
 
-# Of each hill: where its top is, how wide it is, parts of the size, and how high it is.
+# For each hill: position of its top and width, as fractions of the size, and height.
 HILLS = [(0.28, 0.30, 0.085, 0.75), (0.70, 0.26, 0.10, 1.0), (0.50, 0.55, 0.07, 0.6), (0.25, 0.72, 0.09, 0.9), (0.75, 0.72, 0.075, 0.7)]
 
 
@@ -52,6 +52,6 @@ for name, form in FORMS.items():
     for i in range(CELLS):
         for j in range(CELLS):
             a, b, c, d = index(i, j), index(i + 1, j), index(i + 1, j + 1), index(i, j + 1)
-            # Diagonals alternate, so that slopes have no direction in which they are smoother.
+            # Diagonals alternate, so that slopes are not smoother in one direction.
             triangles += [(a, b, c), (a, c, d)] if (i + j) % 2 else [(a, b, d), (b, c, d)]
     shapes.write(name, (points, triangles), __file__)

@@ -1,6 +1,6 @@
-"""Meshes of the Thymio II, in its base frame: on the floor between the wheels. Of the wheels, the axis is z.
+"""Meshes of the Thymio II, in its base frame: on the floor between the wheels. The axis of the wheels is z.
 
-Of the demo, `track.ply` is the line on the floor.
+`track.ply` is the line on the floor of the demo.
 """
 
 import math
@@ -11,8 +11,8 @@ sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2]))
 import shapes
 
 WHEEL = 0.021       # radius, m
-WIDTH = 0.015       # of a wheel, m
-FRONT = 0.0808      # radius of the front about the middle of the axle, m
+WIDTH = 0.015       # width of a wheel, m
+FRONT = 0.0808      # radius of the front edge about the middle of the axle, m
 BACK = -0.0305      # m
 HALF = 0.0570       # half of the width, m
 INNER = 0.0412      # half of the width between the wheels, m
@@ -70,7 +70,7 @@ def cover():
 
 
 def tub():
-    """What is below the cover: the part between the wheels, and a wing before each wheel and a strip behind it."""
+    """Parts below the cover: the body between the wheels, and a wing in front of each wheel and a strip behind it."""
     middle = outline(INNER, 0.004)
     parts = [shapes.extrude(middle, 0.0095, ROOF, 0.0012, 1)]
     for side in (1, -1):
@@ -144,7 +144,7 @@ def tyre():
 
 
 def rim():
-    """A disc with a collar; outside at both ends, so that it fits left and right."""
+    """A disc with a collar; identical at both ends, so that it fits left and right."""
     return shapes.merge(shapes.lathe(shapes.rounded_profile(0.0162, -0.0060, 0.0060, 0.0006, 2), 44),
                         ring_of(0.0140, 0.0163, -0.0070, 0.0070, 44), disc(0.0050, -0.0070, 0.0070, 24))
 
@@ -159,7 +159,7 @@ def holes():
 
 
 def track(width=0.045, steps=180):
-    """A closed band on the floor, of a curve that bends both ways."""
+    """A closed band on the floor, along a curve that bends both ways."""
     def at(t):
         r = 0.42 + 0.075 * math.cos(3 * t) + 0.03 * math.sin(2 * t)
         return 1.25 * r * math.cos(t), r * math.sin(t)

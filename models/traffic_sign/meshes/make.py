@@ -1,13 +1,13 @@
-"""Writes the meshes of traffic signs, of full size and 1:8: layers of flat forms, each in one color.
+"""Writes the meshes of traffic signs, of full size and 1:8: layers of flat shapes, each in one color.
 
-A sign is drawn as seen from the front, u to the right, v up, about its middle; then its front faces +x."""
+A sign is defined as seen from the front, u to the right, v up, about its middle, and then rotated to face +x."""
 import math, pathlib, sys
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2]))
 import shapes
 
 
 def polygon(n, inner_radius, turn=0.0, corner=0.0):
-    """A regular polygon by its inner radius, with round corners."""
+    """A regular polygon, given by its inner radius, with round corners."""
     outer = inner_radius / math.cos(math.pi / n)
     out = []
     for k in range(n):
@@ -27,7 +27,7 @@ def disc(radius, n=48):
 
 
 def face(outline, z):
-    """Only the front of a flat form; its back is never seen."""
+    """Only the front of a flat shape; its back is never visible."""
     n = len(outline)
     middle = (sum(u for u, v in outline) / n, sum(v for u, v in outline) / n, z)
     return [(u, v, z) for u, v in outline] + [middle], [(n, i, (i + 1) % n) for i in range(n)]
@@ -73,7 +73,7 @@ def text(word, height, pitch, stroke):
 up = math.pi / 2
 OCTAGON = lambda r: polygon(8, r, math.pi / 8, 0.02)
 DOWN = lambda r: polygon(3, r, -up, 0.05)
-# Of each sign: layers from the back to the front. Sizes in m of the full sign.
+# For each sign: layers from the back to the front. Sizes in m of the full-size sign.
 SIGNS = {
     "stop": {"plate": [OCTAGON(0.45)], "red": [OCTAGON(0.432)], "white": text("STOP", 0.30, 0.208, 0.046)},
     "yield": {"plate": [DOWN(0.26)], "red": [DOWN(0.252)], "white": [DOWN(0.165)]},
@@ -101,5 +101,5 @@ for scale, size in ((1.0, "full"), (0.125, "small")):
             outlines = [[(scale * u, scale * v) for u, v in o] for o in layers[layer]]
             forms = [shapes.extrude(o, low, front) if layer == "plate" else face(o, front) for o in outlines]
             points, triangles = shapes.merge(*forms)
-            # u, v and the distance to the front become y, z and x: a turn that keeps the outside outside.
+            # u, v and the distance to the front become y, z and x: a rotation, so the triangles still face outwards.
             shapes.write(f"{sign}_{layer}", ([(w, u, v) for u, v, w in points], triangles), folder / size / "x")

@@ -68,7 +68,7 @@ pieces = [ring(outline, shapes.inset(outline, RIM), 0.0, THICK)]
 
 
 def reach(c):
-    """How far the octagon reaches along one axis where the other is c, less half of the rim."""
+    """Extent of the octagon along one axis where the other coordinate is c, minus half of the rim."""
     return min(HALF, 2 * HALF - CUT - abs(c)) - RIM / 2
 
 

@@ -1,4 +1,4 @@
-"""Meshes of youbot_arm, each in the frame of its link (z along the link). Run it to write them again: python3 make.py"""
+"""Meshes of youbot_arm, each in the frame of its link (z along the link). To regenerate them, run: python3 make.py"""
 
 import math
 import pathlib

@@ -1,4 +1,4 @@
-/* tatu/actuator.h: actuators: commands in, forces out. */
+/* tatu/actuator.h: actuators, which convert commands to forces. */
 #ifndef TATU_ACTUATOR_H
 #define TATU_ACTUATOR_H
 
@@ -11,13 +11,13 @@ extern "C" {
 
 #define TATU_ACTUATOR "tatu.actuator/draft.4"
 
-/* A kind's `apply` is called once each time physics advances (by one step of the world, or by what a driver asks for)
- * or, with the flag, before each engine step. A wrench acts on the nearest dynamic shape at or above the actuator, an
- * effort on the nearest joint between the actuator and that shape. Commands are properties "<kind>.<key>" of the
- * actuator's object: scenes set them like parameters, and they can be set at any time. */
+/* A kind's `apply` is called once each time physics advances (by one step of the world, or by the time that a driver
+ * requests) or, with the flag, before each engine step. A wrench acts on the nearest dynamic shape at or above the
+ * actuator, an effort on the nearest joint between the actuator and that shape. Commands are properties "<kind>.<key>"
+ * of the actuator's object: scenes set them like parameters, and they can be set at any time. */
 enum tatu_actuator_flag { TATU_ACTUATOR_EVERY_SUBSTEP = 1 /* `apply` is called before each engine step */ };
 
-/* The actuators of one kind: state of the mount and commands in, wrench or effort out. */
+/* The actuators of one kind. Inputs: state of the mount, and commands; outputs: wrench or effort. */
 typedef struct tatu_actuator_batch {
   uint32_t size;
   uint32_t n;
@@ -28,12 +28,12 @@ typedef struct tatu_actuator_batch {
   const tatu_object *actuator; /* [n] */
   const double *pose;        /* [n], 7 each: mount in the world */
   const double *twist;       /* [n], 6 each */
-  const double *joint;       /* [n], 2 each: position and velocity of the joint it sits on; 0 without one */
+  const double *joint;       /* [n], 2 each: position and velocity of the joint it acts on; 0 without one */
   const double *const *command; /* [n] the command buffer: `n_commands` of the kind */
   double *wrench;            /* [n], 6 each: force N at the mount's origin and torque N m, world; zeroed. Acts for dt */
   double *effort;            /* [n] torque N m or force N added to the joint's; zeroed. Acts for dt */
   tatu_status *status;       /* [n] as for sensors; a number that is not finite counts as a failure */
-  void *const *fields;       /* [n * n_fields] where readings are written; host-owned, zeroed */
+  void *const *fields;       /* [n * n_fields] output buffers of readings; host-owned, zeroed */
   const uint64_t *const *lengths; /* [n] the number of elements of each field, n_fields each */
   uint32_t n_fields;
   uint32_t reserved;
@@ -47,12 +47,12 @@ typedef struct tatu_actuator {
   const char *id;
   const char *text;
   const tatu_param *const *params;
-  const tatu_param *const *commands; /* what the numbers mean, each of type TATU_F64 */
+  const tatu_param *const *commands; /* declarations of these numbers, each of type TATU_F64 */
   const tatu_life *life;
   /* [parallel] Turns commands into forces. Rules as for `measure`. */
   tatu_status(TATU_CALL *apply)(void *self, const tatu_actuator_batch *, tatu_error *);
-  /* What the actuator reports, such as its speed and current, read as the readings of a sensor are: `apply` fills the
-   * fields each time; the last values of a step are kept. Their shapes are fixed numbers. Null: it reports nothing. */
+  /* The readings of the actuator itself, such as its speed and current, which are read like those of a sensor: `apply`
+   * fills the fields in each call; the last values of a step are retained. Their shapes are fixed. Null: none. */
   const char *const *schemas;
   const tatu_field *const *fields;
 } tatu_actuator;

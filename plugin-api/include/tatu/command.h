@@ -70,7 +70,7 @@ typedef struct tatu_command {
 enum tatu_until { TATU_UNTIL_STEPS = 1, TATU_UNTIL_TIME = 2, TATU_UNTIL_SIGNAL = 3, TATU_UNTIL_POLL = 4,
                   TATU_UNTIL_WAKE = 5 };
 
-/* What a running command may ask of the host for its own call. */
+/* The functions of the host for the call that is running. */
 typedef struct tatu_call_api {
   uint32_t size;
   uint32_t reserved;
@@ -78,13 +78,13 @@ typedef struct tatu_call_api {
   void *(TATU_CALL *alloc)(tatu_call *, uint64_t bytes);
   /* [step] Suspends the command, which then returns TATU_WAIT. It is called again, with `resume` and without arguments,
    * once `until` holds: STEPS: `value` steps later; TIME: at simulation time `value`, s; SIGNAL: when the signal `name`
-   * exists; POLL: in each step; WAKE: when a thread of the plugin has delivered a result, see `ticket`. `resume` (not 0)
-   * is the command's own key to what it keeps meanwhile. Returns TATU_WAIT, so `return call->api->wait(...)` works. If
-   * the caller cannot wait, sets the error and returns TATU_ERR_BUSY. */
+   * exists; POLL: in each step; WAKE: when a thread of the plugin has delivered a result, see `ticket`. `resume` (not
+   * 0) is a number of the command's choice, by which it finds the state of this wait. Returns TATU_WAIT, so `return
+   * call->api->wait(...)` works. If the caller cannot wait, sets the error and returns TATU_ERR_BUSY. */
   tatu_status(TATU_CALL *wait)(tatu_call *, uint32_t until, double value, tatu_str name, uint64_t resume);
-  /* [step] For work on a thread of the plugin's own: a number for `commands.wake`, by which the thread delivers its
-   * result once. Then start the thread and return `wait(TATU_UNTIL_WAKE)`. 0: the run repeats a recorded one, which has
-   * the result: wait in the same way, but start no thread. */
+  /* [step] For work on a thread of the plugin's own: gets a number for `commands.wake`, with which the thread delivers
+   * its result once. Then start the thread and return `wait(TATU_UNTIL_WAKE)`. 0: this is a replay, and the result is
+   * in the input log; wait likewise, but start no thread. */
   tatu_status(TATU_CALL *ticket)(tatu_call *, uint64_t *);
   /* [step] The result that ended the wait, in the call that follows it; valid until the call returns. TATU_ERR_GONE: it
    * was lost, because the run continues from a snapshot, which holds no threads. */
@@ -127,7 +127,7 @@ enum tatu_call_flag {
 
 /* ---- Arguments */
 
-/* Whether argument `i` was given and is not nil. */
+/* Whether argument `i` was passed and is not nil. */
 static inline int tatu_has_arg(const tatu_call *c, uint32_t i) { return i < c->n_args && c->args[i].tag != TATU_NIL; }
 /* Arguments of declared type; 0 or empty when missing. */
 static inline double tatu_arg_float(const tatu_call *c, uint32_t i) {
@@ -149,13 +149,13 @@ static inline tatu_object tatu_arg_object(const tatu_call *c, uint32_t i) {
 static inline tatu_func tatu_arg_func(const tatu_call *c, uint32_t i) {
   return i < c->n_args && c->args[i].tag == TATU_FUNC ? c->args[i].u.u : 0;
 }
-/* The numbers of a TATU_F64S argument, and how many; null and 0 when it is missing. */
+/* The numbers of a TATU_F64S argument, and their count; null and 0 if it is missing. */
 static inline const double *tatu_arg_floats(const tatu_call *c, uint32_t i, uint64_t *n) {
   int is = i < c->n_args && c->args[i].tag == TATU_F64S;
   *n = is ? c->args[i].u.s.len : 0;
   return is ? (const double *)c->args[i].u.s.ptr : 0;
 }
-/* The entries of a TATU_MAP argument, and how many; null and 0 when it is missing. */
+/* The entries of a TATU_MAP argument, and their count; null and 0 if it is missing. */
 static inline const tatu_pair *tatu_arg_map(const tatu_call *c, uint32_t i, uint64_t *n) {
   int is = i < c->n_args && c->args[i].tag == TATU_MAP;
   *n = is ? c->args[i].u.s.len : 0;
@@ -169,7 +169,7 @@ static inline tatu_str tatu_arg_text(const tatu_call *c, uint32_t i) {
   }
   return t;
 }
-/* The elements of a TATU_LIST argument, and how many; null and 0 when it is missing. */
+/* The elements of a TATU_LIST argument, and their count; null and 0 if it is missing. */
 static inline const tatu_value *tatu_arg_list(const tatu_call *c, uint32_t i, uint64_t *n) {
   int is = i < c->n_args && c->args[i].tag == TATU_LIST;
   *n = is ? c->args[i].u.s.len : 0;
@@ -178,43 +178,43 @@ static inline const tatu_value *tatu_arg_list(const tatu_call *c, uint32_t i, ui
 
 /* ---- Results */
 
-/* The tag of a value for which there was no room in the world's arena. A list or map that holds one is one, too, and
- * tatu_return fails with it, so nothing in between needs a test. */
+/* The tag of a value for which there was no room in the world's arena. A list or map to which such a value is added
+ * gets this tag, too, and tatu_return fails with it, so intermediate results need no check. */
 #define TATU_NO_ROOM UINT32_MAX
 
-/* Adds a result. Text, arrays, lists and maps must live until the caller has read them: literals do; all else is made by
- * the functions below, or copied by tatu_keep. */
+/* Adds a result. Text, arrays, lists and maps must live until the caller has read them: literals do so; make all others
+ * with the functions below, or copy them with tatu_keep. */
 static inline tatu_status tatu_return(tatu_call *c, tatu_value v) {
   if (v.tag == TATU_NO_ROOM) return tatu_fail(c->error, TATU_ERR_SPACE, "no room for the results");
   if (c->n_results >= c->results_cap) return tatu_fail(c->error, TATU_ERR_SPACE, "too many results");
   c->results[c->n_results++] = v;
   return TATU_OK;
 }
-/* Adds several: return tatu_return_values(call, TATU_VALUES(a, b)); */
+/* Adds several results: return tatu_return_values(call, TATU_VALUES(a, b)); */
 static inline tatu_status tatu_return_values(tatu_call *c, const tatu_value *values, uint64_t n) {
   tatu_status status = TATU_OK;
   uint64_t i;
   for (i = 0; i < n && status >= 0; i++) status = tatu_return(c, values[i]);
   return status;
 }
-/* Copies bytes into memory that lives until the caller has read the results; null when there is no room. */
+/* Copies bytes into memory that lives until the caller has read the results; returns null if there is no room. */
 static inline void *tatu_keep(tatu_call *c, const void *bytes, uint64_t n) {
   char *p = (char *)c->api->alloc(c, n ? n : 1);
   uint64_t i;
   if (p) for (i = 0; i < n; i++) p[i] = ((const char *)bytes)[i];
   return p;
 }
-/* Text, bytes or an array, copied likewise: `n` elements of `size` bytes. */
+/* A text, bytes or an array, copied in the same manner: `n` elements of `size` bytes. */
 static inline tatu_value tatu_copy(tatu_call *c, uint32_t tag, const void *ptr, uint64_t n, uint64_t size) {
   void *p = tatu_keep(c, ptr, n * size);
   return p ? tatu_span(tag, p, n) : tatu_span(TATU_NO_ROOM, 0, 0);
 }
 static inline tatu_value tatu_copy_text(tatu_call *c, tatu_str text) { return tatu_copy(c, TATU_TEXT, text.ptr, text.len, 1); }
 static inline tatu_value tatu_copy_floats(tatu_call *c, const double *x, uint64_t n) { return tatu_copy(c, TATU_F64S, x, n, sizeof *x); }
-/* A list and a map, empty, in memory of the call. */
+/* An empty list and an empty map, for tatu_add and tatu_put. */
 static inline tatu_value tatu_list(void) { return tatu_span(TATU_LIST, 0, 0); }
 static inline tatu_value tatu_map(void) { return tatu_span(TATU_MAP, 0, 0); }
-/* Room for one more element of `size` bytes: the array doubles when its length is a power of two. */
+/* Returns room for one more element of `size` bytes: the array doubles when its length is a power of two. */
 static inline void *tatu_grow(tatu_call *c, tatu_value *v, uint64_t size) {
   uint64_t n = v->u.s.len, i;
   if (v->tag == TATU_NO_ROOM) return 0;
@@ -232,7 +232,7 @@ static inline void tatu_add(tatu_call *c, tatu_value *list, tatu_value element) 
   if (at) *at = element;
   if (element.tag == TATU_NO_ROOM) list->tag = TATU_NO_ROOM;
 }
-/* Adds an entry to a map that tatu_map made. The key is a literal, or lives as long as the map. */
+/* Adds an entry to a map that tatu_map made. The key must live as long as the map, as a literal does. */
 static inline void tatu_put(tatu_call *c, tatu_value *map, const char *key, tatu_value value) {
   tatu_pair *at = (tatu_pair *)tatu_grow(c, map, sizeof *at);
   if (at) *at = tatu_entry(key, value);
@@ -241,14 +241,14 @@ static inline void tatu_put(tatu_call *c, tatu_value *map, const char *key, tatu
 
 /* ---- Failing, and calling others */
 
-/* Fails the call, without and with a way out. */
+/* Sets the error of the call, without and with a help text, and returns the code. */
 static inline tatu_status tatu_call_fail(tatu_call *c, tatu_status code, const char *text) {
   return tatu_fail(c->error, code, text);
 }
 static inline tatu_status tatu_call_fail_help(tatu_call *c, tatu_status code, const char *text, const char *help) {
   return tatu_fail_help(c->error, code, text, help);
 }
-/* A frame for commands.call and commands.call_func: arguments in, room for at least 16 results. */
+/* A frame for commands.call and commands.call_func, with the arguments and a buffer for at least 16 results. */
 static inline tatu_call tatu_frame(const tatu_value *args, uint32_t n_args, tatu_value *results, uint32_t cap) {
   tatu_call c;
   size_t i;
@@ -297,7 +297,7 @@ typedef struct tatu_ext_command {
 /* Commands of a plugin, for TATU_PLUGIN: pointers to tatu_command. */
 #  define TATU_COMMANDS(...) \
     TATU_OFFER(TATU_COMMAND, tatu_ext_command, .commands = TATU_LIST_OF(tatu_command, __VA_ARGS__))
-/* The same, with what is created and destroyed with each world: a pointer to tatu_life. */
+/* The same, with an instance per world, whose life cycle is `Life`, a pointer to tatu_life. */
 #  define TATU_COMMANDS_PER_WORLD(Life, ...) \
     TATU_OFFER(TATU_COMMAND, tatu_ext_command, .commands = TATU_LIST_OF(tatu_command, __VA_ARGS__), .per_world = (Life))
 #endif

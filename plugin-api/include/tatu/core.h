@@ -1,4 +1,4 @@
-/* tatu/core.h: what every plugin uses: values, errors, parameters, instances, and the plugin itself. */
+/* tatu/core.h: declarations that every plugin uses: values, errors, parameters, instances, and the plugin itself. */
 #ifndef TATU_CORE_H
 #define TATU_CORE_H
 
@@ -24,30 +24,33 @@ extern "C" {
 
 /* End of a field within its table, bytes. */
 #define TATU_END(t, f) ((size_t)((const char *)(&(t)->f + 1) - (const char *)(t)))
-/* Whether whoever filled the table has this scalar or pointer field and set it. */
+/* Whether the table that another party filled has this scalar or pointer field, and the field is not 0. */
 #define TATU_HAS(t, f) ((t) && TATU_END(t, f) <= (t)->size && (t)->f)
-/* Whether whoever filled the table has this field at all: for struct fields, and for scalars where 0 has a meaning. */
+/* Whether the table that another party filled has this field at all: for struct fields, and for scalars where 0 has a
+ * meaning. */
 #define TATU_KNOWS(t, f) ((t) && TATU_END(t, f) <= (t)->size)
 
 /* ---------------------------------------------------------------- Declaring tables ------------------------------ */
 
-/* Tables and lists in place, for C; C++ has tatu/plugin.hpp. They are constants outside of functions:
+/* Macros for tables and lists as compound literals, in C; C++ has tatu/plugin.hpp. At file scope they are constants:
  *
  *   static const tatu_sensor lamp = {.size = sizeof(tatu_sensor), .id = "lamp",
  *     .params = TATU_PARAMS(TATU_PARAM(TATU_F64, "range", "m", "How far it sees.", TATU_RANGE(0.1, 20))), ...};
  *   TATU_PLUGIN(TATU_SENSORS(&lamp), .id = "org.example.lamp", .name = "Lamp", .version = "1.0.0", .licence = "MIT");
  *
- * Inside a function they end with the block. A macro that ends with a text takes further fields behind it, by name. */
+ * Inside a function they live until the end of the block. A macro whose last argument is a text accepts further fields
+ * after it, by name. */
 #ifndef __cplusplus
-/* A table, by its fields: a pointer to it. `size` is set. */
+/* A pointer to a table with these fields; the macro sets `size`. */
 #  define TATU_TABLE(Type, ...) (&(const Type){.size = sizeof(Type), __VA_ARGS__})
-/* A null-terminated list of pointers to tables, and one of texts. */
+/* A null-terminated list of pointers to tables, and a null-terminated list of texts. */
 #  define TATU_LIST_OF(Type, ...) ((const Type *const[]){__VA_ARGS__, NULL})
 #  define TATU_TEXTS(...) ((const char *const[]){__VA_ARGS__, NULL})
-/* Values, as pointer and count: for a list, for several results, for the arguments of a call. Valid within the block. */
+/* An array of values as two arguments, pointer and count: for a list, several results or the arguments of a call. Valid
+ * within the block. */
 #  define TATU_VALUES(...) \
     ((const tatu_value[]){__VA_ARGS__}), (uint32_t)(sizeof((const tatu_value[]){__VA_ARGS__}) / sizeof(tatu_value))
-/* Entries of a map, made by tatu_entry, likewise. */
+/* An array of entries of a map, made by tatu_entry, as pointer and count; valid within the block. */
 #  define TATU_ENTRIES(...) \
     ((const tatu_pair[]){__VA_ARGS__}), (uint32_t)(sizeof((const tatu_pair[]){__VA_ARGS__}) / sizeof(tatu_pair))
 #endif
@@ -135,7 +138,7 @@ static inline tatu_str tatu_text(const char *s) {
   return t;
 }
 
-/* Values. */
+/* Constructors of values. */
 static inline tatu_value tatu_nil(void) { tatu_value v = {TATU_NIL, 0, {0}}; return v; }
 static inline tatu_value tatu_bool(int x) { tatu_value v = {TATU_BOOL, 0, {0}}; v.u.i = x != 0; return v; }
 static inline tatu_value tatu_int(int64_t x) { tatu_value v = {TATU_I64, 0, {0}}; v.u.i = x; return v; }
@@ -155,9 +158,10 @@ static inline tatu_value tatu_span(uint32_t tag, const void *ptr, uint64_t len) 
   return v;
 }
 
-/* An object, for a parameter that is one; scripts get its number. */
+/* An object as a value; scripts receive its handle. */
 static inline tatu_value tatu_handle(tatu_object x) { tatu_value v = {TATU_OBJECT, 0, {0}}; v.u.u = x; return v; }
-/* A list, a map, and one entry of a map. What they point to stays the caller's: see TATU_VALUES and TATU_ENTRIES. */
+/* A list, a map, and one entry of a map. The caller still owns the memory that they point to: see TATU_VALUES and
+ * TATU_ENTRIES. */
 static inline tatu_value tatu_list_of(const tatu_value *values, uint64_t n) { return tatu_span(TATU_LIST, values, n); }
 static inline tatu_value tatu_map_of(const tatu_pair *entries, uint64_t n) { return tatu_span(TATU_MAP, entries, n); }
 static inline tatu_pair tatu_entry(const char *key, tatu_value value) {
@@ -172,11 +176,11 @@ static inline int tatu_str_is(tatu_str a, const char *b) {
   for (i = 0; i < a.len && b[i] && a.ptr[i] == b[i]; i++) {}
   return i == a.len && !b[i];
 }
-/* A result, or any value, as a number; 0 if it is none. */
+/* A value as a number; 0 if it is not a number. */
 static inline double tatu_to_float(tatu_value v) {
   return v.tag == TATU_F64 ? v.u.f : v.tag == TATU_I64 ? (double)v.u.i : 0;
 }
-/* The value of a text key of a map; null when there is none, or the value is no map. */
+/* The value of a map's entry with a text key; null if there is no such entry, or the value is not a map. */
 static inline const tatu_value *tatu_map_get(const tatu_value *map, const char *key) {
   tatu_str k = tatu_text(key);
   const tatu_pair *p = map && map->tag == TATU_MAP ? (const tatu_pair *)map->u.s.ptr : 0;
@@ -199,7 +203,7 @@ enum tatu_status_code {
   TATU_ERR = -1,              /* failed; see the message */
   TATU_ERR_ARGUMENT = -2,     /* an argument has the wrong type, count, size or range */
   TATU_ERR_MISSING = -3,      /* no object, field, property or file of that name */
-  TATU_ERR_GONE = -4,         /* it existed, but has been removed or has ended */
+  TATU_ERR_GONE = -4,         /* an object, script or result that existed, but has been removed or has ended */
   TATU_ERR_UNSUPPORTED = -5,  /* recognized, but not supported here */
   TATU_ERR_UNKNOWN = -6,      /* no command of that name */
   TATU_ERR_SCRIPT = -7,       /* an error raised by a script */
@@ -208,7 +212,7 @@ enum tatu_status_code {
   TATU_ERR_BUSY = -10,        /* not possible from within this call */
   TATU_ERR_SPACE = -11,       /* a buffer is too small; the needed count is returned */
   TATU_ERR_PHYSICS = -12,     /* the physics engine lost a body */
-  TATU_ERR_MEMORY = -13       /* a script exceeded its memory limit: it may go on with less */
+  TATU_ERR_MEMORY = -13       /* a script exceeded its memory limit: it may continue with less */
 };
 
 typedef struct tatu_error tatu_error;
@@ -218,7 +222,7 @@ typedef struct tatu_error tatu_error;
 struct tatu_error {
   uint32_t size;
   int32_t code; /* TATU_OK while the error is empty */
-  void *ctx;    /* the host's */
+  void *ctx;    /* private to the host */
   /* [any] Sets the error: a negative code and one sentence: what, where, what was expected. Text beyond 16 KiB is cut
    * off, here and in `add`. */
   void(TATU_CALL *say)(tatu_error *, tatu_status code, tatu_str text);
@@ -232,28 +236,28 @@ struct tatu_error {
 };
 enum tatu_error_part { TATU_PART_HELP = 1, TATU_PART_FILE = 2, TATU_PART_TRACEBACK = 3 };
 
-/* Fills an error; returns the code, so that `return tatu_fail(error, TATU_ERR, "...")` reads well. */
+/* Sets an error, and returns the code: `return tatu_fail(error, TATU_ERR, "...");`. */
 static inline tatu_status tatu_fail(tatu_error *e, tatu_status code, const char *text) {
   if (TATU_HAS(e, say)) e->say(e, code, tatu_text(text));
   return code;
 }
 
-/* The same, with a way out: what to do instead. */
+/* The same, with a help text: what to do instead. */
 static inline tatu_status tatu_fail_help(tatu_error *e, tatu_status code, const char *text, const char *help) {
   if (TATU_HAS(e, say)) e->say(e, code, tatu_text(text));
   if (TATU_HAS(e, add)) e->add(e, TATU_PART_HELP, tatu_text(help), 0);
   return code;
 }
-/* The same, because of a line of a source: in an importer or a language. An empty file name: the source itself. */
+/* The same, with the position of the error, for importers and languages. An empty file name: the source itself. */
 static inline tatu_status tatu_fail_line(tatu_error *e, tatu_status code, const char *text, tatu_str file, uint64_t line) {
   if (TATU_HAS(e, say)) e->say(e, code, tatu_text(text));
   if (TATU_HAS(e, add)) e->add(e, TATU_PART_FILE, file, line);
   return code;
 }
-/* Passes on the error of another call: what frame.error says of a command or function that was called. */
+/* Passes on the error of a command or function that was called, from its frame.error. */
 static inline tatu_status tatu_fail_as(tatu_error *e, tatu_status code, const tatu_error *why) {
   if (why == e || !TATU_HAS(e, say)) return code;
-  if (!TATU_HAS(why, code)) return tatu_fail(e, code, "it failed without a reason");
+  if (!TATU_HAS(why, code)) return tatu_fail(e, code, "the call failed without an error message");
   e->say(e, code, why->text);
   if (why->help.len) e->add(e, TATU_PART_HELP, why->help, 0);
   if (why->file.len) e->add(e, TATU_PART_FILE, why->file, why->line);
@@ -268,7 +272,7 @@ enum tatu_param_flag {
   TATU_PARAM_REBUILDS = 1, /* a change destroys the instance and creates a new one */
   TATU_PARAM_READ_ONLY = 2,
   TATU_PARAM_OPTIONAL = 4, /* of a command: may be omitted or nil; it is then the default, or nil without one */
-  TATU_PARAM_REST = 8,     /* of a command, last parameter only: takes all remaining arguments */
+  TATU_PARAM_REST = 8,     /* of a command, last parameter only: accepts all remaining arguments */
   TATU_PARAM_ANY = 16      /* any type; `type` is ignored */
 };
 
@@ -297,9 +301,9 @@ typedef struct tatu_param {
  *   TATU_PARAM(TATU_F64S, "goal", "m", "x and y in the world.", .count = 2) */
 #  define TATU_PARAM(Type, Key, Unit, ...) \
     TATU_TABLE(tatu_param, .type = (Type), .key = (Key), .unit = (Unit), .text = __VA_ARGS__)
-/* One that takes any value. */
+/* A parameter that accepts any value. */
 #  define TATU_PARAM_OF_ANY_TYPE(Key, ...) TATU_TABLE(tatu_param, .flags = TATU_PARAM_ANY, .key = (Key), .text = __VA_ARGS__)
-/* A list of them. */
+/* A list of parameters. */
 #  define TATU_PARAMS(...) TATU_LIST_OF(tatu_param, __VA_ARGS__)
 /* Further fields: bounds and defaults. */
 #  define TATU_RANGE(Lowest, Highest) .lowest = (Lowest), .highest = (Highest)
@@ -341,7 +345,7 @@ typedef struct tatu_life {
   uint32_t state_bytes; /* size of the state block: without pointers; copied by snapshots, zeroed at reset */
   /* [setup] Creates an instance; `*data` is passed to every later call. */
   tatu_status(TATU_CALL *create)(void *self, const tatu_instance *, void **data, tatu_error *);
-  /* [setup] Ends it. */
+  /* [setup] Destroys the instance. */
   void(TATU_CALL *destroy)(void *data);
   /* [step] Parameters of a live sensor or actuator changed: `params` holds all, `changed` has a bit for each of the
    * first 64, in the order of declaration. A sensor's `beams` is called next. An error restores the old values and is
@@ -357,47 +361,47 @@ typedef struct tatu_life {
   tatu_status(TATU_CALL *load)(void *data, tatu_str bytes, uint32_t version, tatu_error *);
   uint32_t version; /* of the state block and of what `save` writes; numbered by the plugin */
   uint32_t reserved;
-  /* [step] Only for what a command plugin keeps per world: the scripts of the run have ended, and the scene is reset
-   * next. Drops what belonged to them, and keeps what belongs to scripts that outlive runs ("script.kind" is neither
-   * "main" nor "child"). Null, or an error: the instance is recreated. */
+  /* [step] Only for the per-world instance of a command plugin: the scripts of the run have ended, and the scene is
+   * reset next. Drops the data of these scripts, and retains the data of scripts that outlive runs ("script.kind" is
+   * neither "main" nor "child"). Null, or an error: the instance is recreated. */
   tatu_status(TATU_CALL *end_run)(void *self, void *data, tatu_world *, tatu_error *);
 } tatu_life;
 
-/* Memory for an instance, or for what `init` keeps: zeroed, and stored in `*data`. Null: none left, and the error says
- * so. tatu_delete frees it, as `destroy` or `shutdown`. */
+/* Allocates zeroed memory for an instance, or for the `self` of a plugin, and stores its address in `*data`. If no
+ * memory is left, sets the error and returns null. tatu_delete frees the memory, as `destroy` or `shutdown`. */
 static inline void *tatu_new(size_t size, void **data, tatu_error *error) {
   *data = calloc(1, size);
   if (!*data) tatu_fail(error, TATU_ERR_SPACE, "out of memory");
   return *data;
 }
 static inline void TATU_CALL tatu_delete(void *data) { free(data); }
-/* `save` and `load` of instances of which everything follows from their parameters and their state block. */
+/* `save` and `load` of instances that their parameters and state block determine completely. */
 static inline tatu_status TATU_CALL tatu_save_nothing(void *data, const tatu_writer *to, tatu_error *error) {
   (void)data, (void)to, (void)error;
   return TATU_OK;
 }
 static inline tatu_status TATU_CALL tatu_load_nothing(void *data, tatu_str bytes, uint32_t version, tatu_error *error) {
   (void)data, (void)version;
-  return bytes.len ? tatu_fail(error, TATU_ERR_UNSUPPORTED, "it saves nothing, and was given something") : TATU_OK;
+  return bytes.len ? tatu_fail(error, TATU_ERR_UNSUPPORTED, "there is saved data, but the kind saves none") : TATU_OK;
 }
 
 /* ---------------------------------------------------------------- Plugin and host ------------------------------- */
 
 typedef struct tatu_host tatu_host;
 
-/* The host as plugins see it; valid from `init` to the end of `shutdown`. */
+/* The host, as seen by a plugin; valid from `init` to the end of `shutdown`. */
 struct tatu_host {
   uint32_t size;
   uint32_t abi_minor; /* of the host */
-  void *ctx;          /* the host's */
+  void *ctx;          /* private to the host */
   /* [any] The table of a service ("tatu.host.scene/draft.4"), or null. Valid for the lifetime of the host. */
   const void *(TATU_CALL *service)(const tatu_host *, const char *id);
   /* The folder of the plugin's assets, `tatu_NAME.assets` beside its library `libtatu_NAME.so`: an absolute path, or
-   * null if there is no such folder. What a world computes may depend on its files, so read them in `init`. */
+   * null if there is no such folder. Read its files in `init`, so that they cannot change during a run. */
   const char *assets;
 };
 
-/* A service that a plugin requires, or uses if present. `bytes` and `minor` state once how much of the host it uses;
+/* A service that a plugin requires, or uses if present. `bytes` and `minor` state how much of the host the plugin uses;
  * functions within that size need no TATU_HAS before each call. */
 typedef struct tatu_need {
   uint32_t size;
@@ -407,7 +411,7 @@ typedef struct tatu_need {
   uint32_t minor;    /* minimum abi_minor of the host; 0: any */
 } tatu_need;
 
-/* What the library exports. All strings live as long as the library does. */
+/* The descriptor that the library exports. All strings live as long as the library does. */
 typedef struct tatu_plugin_t {
   uint32_t size;
   uint16_t abi_major; /* TATU_ABI_MAJOR */
@@ -420,7 +424,7 @@ typedef struct tatu_plugin_t {
   /* [setup] Starts the plugin; `*self` (may be null) is passed to every later call. May get services, and call only
    * their [any] functions. Null: nothing to start. */
   tatu_status(TATU_CALL *init)(const tatu_host *, void **self, tatu_error *);
-  /* [setup] Ends it, after all its instances have been destroyed. Null: nothing to do. */
+  /* [setup] Ends the plugin, after all its instances have been destroyed. Null: nothing to do. */
   void(TATU_CALL *shutdown)(void *self);
   /* [setup] The table of an extension ("tatu.command/draft.4"), or null. Owned by the plugin until shutdown. */
   const void *(TATU_CALL *extension)(void *self, const char *id);
@@ -438,10 +442,10 @@ static inline const void *tatu_find_offer(const tatu_offer *offers, const char *
   return offers->table;
 }
 #ifndef __cplusplus
-/* Exports the plugin: what it offers, then the fields of tatu_plugin_t. `size`, version of the ABI and `extension` are
- * set. One extension is TATU_COMMANDS(...), TATU_SENSORS(...), TATU_ACTUATORS(...), TATU_MODELS(...), TATU_IMPORTERS(...),
- * TATU_LANGUAGES(...), TATU_SERVICES(...) or TATU_EVENTS(...), each with pointers to tables; several stand in
- * TATU_OFFERS(...). */
+/* Exports the plugin: its extensions, then the fields of tatu_plugin_t by name. The macro sets `size`, the ABI version
+ * and `extension`. An extension is TATU_COMMANDS(...), TATU_SENSORS(...), TATU_ACTUATORS(...), TATU_MODELS(...),
+ * TATU_IMPORTERS(...), TATU_LANGUAGES(...), TATU_SERVICES(...) or TATU_EVENTS(...), each with pointers to tables;
+ * several extensions are enclosed in TATU_OFFERS(...). */
 #  define TATU_PLUGIN(Offers, ...)                                                             \
     static const tatu_offer tatu_offers[] = {Offers, {NULL, NULL}};                            \
     static const void *TATU_CALL tatu_extension(void *self, const char *id) {                  \
@@ -451,9 +455,9 @@ static inline const void *tatu_find_offer(const tatu_offer *offers, const char *
     TATU_EXPORT const tatu_plugin_t tatu_plugin = {.size = sizeof(tatu_plugin_t),              \
       .abi_major = TATU_ABI_MAJOR, .abi_minor = TATU_ABI_MINOR, .extension = tatu_extension, __VA_ARGS__}
 #  define TATU_OFFERS(...) __VA_ARGS__
-/* One extension, by its id, the type of its table and fields. */
+/* One extension: its id, the type of its table, and the fields of the table. */
 #  define TATU_OFFER(Id, Type, ...) {(Id), TATU_TABLE(Type, __VA_ARGS__)}
-/* A need, by the type and id of the service's table: all of it is needed. host.h has one for each service. */
+/* A need for a whole service, by the type of its table and its id. host.h defines one for each service. */
 #  define TATU_NEED(Type, Id) TATU_TABLE(tatu_need, .id = (Id), .bytes = sizeof(Type))
 #  define TATU_NEEDS(...) TATU_LIST_OF(tatu_need, __VA_ARGS__)
 #endif

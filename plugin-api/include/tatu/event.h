@@ -11,7 +11,7 @@ extern "C" {
 #define TATU_EVENT "tatu.event/draft.4"
 
 /* Declaration of an event, by the plugin that publishes it (host.events); `tatu list events` shows it. Names without a
- * dot belong to the host ("collision"); a plugin's begin with a name space ("gripper.closed"). */
+ * dot belong to the host ("collision"); those of a plugin begin with a name space ("gripper.closed"). */
 typedef struct tatu_event {
   uint32_t size;
   uint32_t reserved;

@@ -35,9 +35,9 @@ typedef struct tatu_host_scene {
   tatu_prop(TATU_CALL *prop)(const tatu_host *, const char *key);
   /* Reads a property. Text and arrays are valid until the current call returns. */
   tatu_status(TATU_CALL *get)(tatu_world *, tatu_object, tatu_prop, tatu_value *);
-  /* Sets one. Poses and values change at once; bodies are rebuilt at the next stage if the property's row says so. */
+  /* Sets a property. Poses and values change at once; bodies are rebuilt at the next stage if properties.md says so. */
   tatu_status(TATU_CALL *set)(tatu_world *, tatu_object, tatu_prop, const tatu_value *);
-  /* Reads exactly `n` numbers, without allocation: the fast way to read poses and joints. */
+  /* Reads exactly `n` numbers, without allocation: the fastest function for poses and joints. */
   tatu_status(TATU_CALL *get_f64)(tatu_world *, tatu_object, tatu_prop, double *out, uint32_t n);
   /* Sets exactly `n` numbers. */
   tatu_status(TATU_CALL *set_f64)(tatu_world *, tatu_object, tatu_prop, const double *in, uint32_t n);
@@ -48,15 +48,17 @@ typedef struct tatu_host_scene {
                                        uint32_t n);
   /* Pose of an object in the frame of another (0: the world; a joint: its moved frame). 7 doubles. */
   tatu_status(TATU_CALL *pose)(tatu_world *, tatu_object, tatu_object frame, double *pose);
-  /* Places an object; its descendants move along; dynamic bodies are moved in the engine too. */
+  /* Sets the pose of an object; its descendants move with it; dynamic bodies are moved in the engine too. */
   tatu_status(TATU_CALL *set_pose)(tatu_world *, tatu_object, tatu_object frame, const double *pose);
   /* The full id and the kind (enum tatu_kind) of an object; validates a handle passed by a script. */
   tatu_status(TATU_CALL *look)(tatu_world *, tatu_object, tatu_object *full, int32_t *kind);
-  /* Finds by path ("/a/b[1]", "./b" and ":/b" from `from`) or by unique name ("b#0"). TATU_ERR_MISSING: not found. */
+  /* Finds an object by path ("/a/b[1]", "./b" and ":/b" from `from`) or by unique name ("b#0"). TATU_ERR_MISSING: not
+   * found. */
   tatu_status(TATU_CALL *find)(tatu_world *, tatu_object from, tatu_str path, tatu_object *);
-  /* Creates an object; it exists at once, and joins physics at the next stage. */
+  /* Creates an object; it exists at once, and takes part in physics from the next stage on. */
   tatu_status(TATU_CALL *create)(tatu_world *, const char *kind, tatu_object parent, tatu_str alias, tatu_object *);
-  /* Removes objects: they can no longer be found at once; children go to the parent; instances end at the next stage. */
+  /* Removes objects. They can no longer be found; their children become those of their parent; their instances are
+   * destroyed at the next stage. */
   tatu_status(TATU_CALL *remove)(tatu_world *, const tatu_object *, uint32_t n);
   /* Lists objects below `base` (0: all); `kinds` has bit 1 << TATU_KIND_* for each wanted kind, 0: all. `*n` is the
    * full count even if `cap` is smaller. */
@@ -64,12 +66,12 @@ typedef struct tatu_host_scene {
                                uint32_t cap, uint32_t *n);
   /* Copies `n` objects, in place: a copy is placed below the copy of its parent, or at the top level if the parent is
    * not in the list. All get one new suffix. `out` has room for `n`. Sensors, actuators and scripts are copied with
-   * their current parameters and text, and start afresh. */
+   * their current parameters and text, but in their initial state. */
   tatu_status(TATU_CALL *copy)(tatu_world *, const tatu_object *objects, uint32_t n, tatu_object *out);
   /* [step] Loads a scene file, or a file that an importer reads, into the world below `parent` (0: the world):
    * objects, sensors, actuators and scripts. `file` is a path from `files.resolve`, or the id of a model. `*out` is
-   * the first object. World settings and a main script in the file have no effect. Errors in the file are those of a
-   * start. */
+   * the first object. World settings and a main script in the file have no effect. Errors in the file are reported as
+   * when a scene is opened. */
   tatu_status(TATU_CALL *load)(tatu_world *, tatu_str file, tatu_object parent, tatu_object *out);
   /* [step] Writes an object and all below it (0: the whole scene) as a scene file, with meshes and scripts in a
    * folder beside it. `file` is a path from `files.resolve` that ends with ".toml". */
@@ -79,8 +81,8 @@ typedef struct tatu_host_scene {
    * declared. Parameters of its device follow its own properties. Valid until the current call returns.
    * TATU_ERR_MISSING, without a message: past the last. */
   tatu_status(TATU_CALL *row)(tatu_world *, tatu_object, uint32_t index, tatu_value *);
-  /* [step] The `index`-th model that plugins offer, from 0, as a map: "id" (for `load`), "text". Valid as that of
-   * `row`. TATU_ERR_MISSING, without a message: past the last. */
+  /* [step] The `index`-th model that plugins offer, from 0, as a map: "id" (for `load`), "text". Valid until the
+   * current call returns. TATU_ERR_MISSING, without a message: past the last. */
   tatu_status(TATU_CALL *model)(tatu_world *, uint32_t index, tatu_value *);
 } tatu_host_scene;
 
@@ -105,11 +107,12 @@ typedef struct tatu_host_bodies {
   tatu_status(TATU_CALL *contacts)(tatu_world *, tatu_object, tatu_contact *out, uint32_t cap, uint32_t *n);
   /* The shortest distance from any shape of a list to any of another, at their current poses; `n_b` 0: to any other
    * shape. Objects that are not shapes are skipped. `limit` > 0: at most this far, m. Fills 6 numbers, both end
-   * points in the world frame, and the two shapes; overlapping solids have distance 0. TATU_ERR_MISSING: none is that
-   * near. */
+   * points in the world frame, and the two shapes; overlapping solids have distance 0. TATU_ERR_MISSING: no pair is
+   * within the limit. */
   tatu_status(TATU_CALL *closest)(tatu_world *, const tatu_object *a, uint32_t n_a, const tatu_object *b, uint32_t n_b,
                                   double limit, double *points, tatu_object *pair);
-  /* Whether the engine moves it: 1 for dynamic shapes and for joints between two bodies, once physics has run. */
+  /* Whether the engine moves the object: 1 for dynamic shapes and for joints between two bodies, once physics has
+   * run. */
   tatu_status(TATU_CALL *is_dynamic)(tatu_world *, tatu_object, uint32_t *yes);
   /* Friction at the contacts from `contacts`, in the same order: on shape[1], world frame, N, over the last physics
    * step, 3 numbers each. `cap` and `n` count numbers. */
@@ -129,11 +132,11 @@ typedef struct tatu_look {
   double max_incidence; /* in place of the sensor's own; pi/2 or more: no limit */
 } tatu_look;
 
-/* What sensors measured. */
+/* Readings of sensors. */
 typedef struct tatu_host_readings {
   uint32_t size;
   uint32_t reserved;
-  /* One field ("proximity.distance", interned with scene.prop) of a sensor. TATU_ERR_MISSING: it has none. */
+  /* One field ("proximity.distance", interned with scene.prop) of a sensor. TATU_ERR_MISSING: no such field. */
   tatu_status(TATU_CALL *field)(tatu_world *, tatu_object sensor, tatu_prop field, tatu_field_view *);
   /* Measures with a sensor now, outside its turn. `only`: detect only this object; 0: all. */
   tatu_status(TATU_CALL *sense_now)(tatu_world *, tatu_object sensor, tatu_object only);
@@ -156,22 +159,22 @@ typedef struct tatu_host_readings {
 typedef struct tatu_host_commands {
   uint32_t size;
   uint32_t reserved;
-  /* The id of the command of a name; 0: there is none. `*alias`, if not null: the index of that name among the
+  /* The id of the command with this name; 0: there is none. `*alias`, if not null: the index of the name among the
    * command's names. */
   uint32_t(TATU_CALL *find)(tatu_world *, tatu_str name, uint32_t *alias);
   /* Whether `name` followed by a dot begins the name of any command or constant: 1 or 0. */
   uint32_t(TATU_CALL *is_name_space)(tatu_world *, tatu_str name);
   /* The number of commands. */
   uint32_t(TATU_CALL *count)(tatu_world *);
-  /* The declaration: the host's own copy, valid as long as the host. Null: no such id. */
+  /* The declaration of a command: the host's own copy, valid as long as the host. Null: no such id. */
   const tatu_command *(TATU_CALL *describe)(tatu_world *, uint32_t id);
-  /* Calls a command. Fill in of the frame: size, command, alias, args, n_args, results, results_cap, wait_token; the
-   * host fills in the rest. On failure frame->error has the message until the next call. Bytes in the results are
-   * valid until the caller releases to a mark, or its own call returns. */
+  /* Calls a command. The caller sets size, command, alias, args, n_args, results, results_cap and wait_token of the
+   * frame; the host sets the rest. On failure, frame->error has the message until the next call. Bytes in the results
+   * are valid until the caller releases to a mark, or its own call returns. */
   tatu_status(TATU_CALL *call)(tatu_world *, tatu_call *frame);
   /* Increases when commands are added or removed: look ids up again. */
   uint64_t(TATU_CALL *generation)(tatu_world *);
-  /* A named constant. TATU_ERR_MISSING: none. */
+  /* The value of a named constant. TATU_ERR_MISSING: no such constant. */
   tatu_status(TATU_CALL *constant)(tatu_world *, tatu_str name, tatu_value *);
   /* The `index`-th prelude of a language, module and text. TATU_ERR_MISSING past the end. */
   tatu_status(TATU_CALL *prelude)(tatu_world *, const char *language, uint32_t index, tatu_str *module,
@@ -191,9 +194,9 @@ typedef struct tatu_host_commands {
   tatu_status(TATU_CALL *call_func)(tatu_world *, tatu_func, tatu_call *frame);
   /* The name of the `index`-th constant, in the order of their names. TATU_ERR_MISSING past the end. */
   tatu_status(TATU_CALL *constant_name)(tatu_world *, uint32_t index, tatu_str *name);
-  /* [any] Delivers the result for a ticket (tatu_call_api.ticket); the bytes are copied. It enters the world at the next
-   * barrier, is recorded, and ends the wait there. TATU_ERR_MISSING: no such ticket, or it was used already; a world that
-   * has ended ignores it. */
+  /* [any] Delivers the result for a ticket (tatu_call_api.ticket); the bytes are copied. It enters the world at the
+   * next barrier, is recorded, and ends the wait there. TATU_ERR_MISSING: no such ticket, or it was used already; a
+   * world that has ended ignores it. */
   tatu_status(TATU_CALL *wake)(const tatu_host *, uint64_t ticket, tatu_str result);
 } tatu_host_commands;
 
@@ -208,7 +211,7 @@ typedef struct tatu_host_signals {
   /* TATU_ERR_MISSING: not set. Text is valid until the current call returns. */
   tatu_status(TATU_CALL *get)(tatu_world *, uint32_t kind, tatu_str name, tatu_value *);
   tatu_status(TATU_CALL *set)(tatu_world *, uint32_t kind, tatu_str name, const tatu_value *);
-  /* Removes one, or all of the kind if `name` is empty; returns the number of signals removed. */
+  /* Removes a signal, or all signals of the kind if `name` is empty; returns the number removed. */
   uint32_t(TATU_CALL *clear)(tatu_world *, uint32_t kind, tatu_str name);
   /* The `index`-th name of a kind, in order of names. TATU_ERR_MISSING past the end. */
   tatu_status(TATU_CALL *name)(tatu_world *, uint32_t kind, uint32_t index, tatu_str *);
@@ -254,7 +257,7 @@ enum tatu_log_level {
 typedef struct tatu_host_log {
   uint32_t size;
   uint32_t reserved;
-  /* [any] Writes one line, attributed by the first argument. `world` may be null. */
+  /* [any] Writes one line, attributed to the plugin to which the first argument belongs. The world may be null. */
   void(TATU_CALL *write)(const tatu_host *, tatu_world *, uint32_t level, tatu_str text);
   /* [step] The error of the last failed service call; never null. */
   const tatu_error *(TATU_CALL *last_error)(tatu_world *);
@@ -283,9 +286,10 @@ typedef struct tatu_host_files {
    * path; to read or write the file yourself use `open`. */
   tatu_status(TATU_CALL *resolve)(tatu_world *, tatu_str name, uint32_t mode, tatu_str *path);
   /* [step] Opens a regular file below those folders: `mode` is a sum of TATU_FILE_*. The caller owns and closes
-   * `*file`: a file descriptor (POSIX, close-on-exec) or a HANDLE (Windows). The folders are those at the creation of
-   * the world, so a changed working folder, `..` and links do not lead outside. TATU_ERR_MISSING: no such file;
-   * TATU_ERR: a link leads outside, or it is a folder, pipe, socket or device; the message has its path. */
+   * `*file`: a file descriptor (POSIX, close-on-exec) or a HANDLE (Windows). The folders are those at the creation
+   * of the world, so a changed working folder, `..` and links do not lead outside. TATU_ERR_MISSING: no such file;
+   * TATU_ERR: a link leads outside, or the name is that of a folder, pipe, socket or device; the message has its
+   * path. */
   tatu_status(TATU_CALL *open)(tatu_world *, tatu_str name, uint32_t mode, int64_t *file);
 } tatu_host_files;
 
@@ -337,7 +341,7 @@ typedef struct tatu_host_session {
    * afterwards is that of the new scene. */
   tatu_status(TATU_CALL *open)(tatu_world *, tatu_str file);
   /* [step] For plugins that read something outside during a step, a socket or a clock: the result is an input of the
-   * run. Call this first: in a replay it returns what the log has at this point, of this kind, and nothing outside
+   * run. Call this first: in a replay it returns the text of this kind that is next in the log, and nothing outside
    * must be accessed. TATU_ERR_MISSING, without a message: this is not a replay; read it, and pass it to `observe`.
    * TATU_ERR_GONE: the log has no more. The text is valid until the current call returns. */
   tatu_status(TATU_CALL *observed)(tatu_world *, tatu_str kind, tatu_str *text);
@@ -363,8 +367,8 @@ enum tatu_stage { TATU_STAGE_ACTUATE = 1, TATU_STAGE_PHYSICS = 2, TATU_STAGE_SEN
 typedef struct tatu_host_stage {
   uint32_t size;
   uint32_t reserved;
-  /* Runs one stage now; fails within itself, with the chain of calls. TATU_STAGE_CLEAN lets scripts of the run clean
-   * up, each once; it has an effect only in the last pass. */
+  /* Runs one stage now; fails if this stage is running already, with the chain of calls. TATU_STAGE_CLEAN lets scripts
+   * of the run clean up, each once; it has an effect only in the last pass. */
   tatu_status(TATU_CALL *run)(tatu_world *, uint32_t stage, double dt);
 } tatu_host_stage;
 
@@ -378,7 +382,7 @@ typedef struct tatu_host_scripts {
   uint32_t reserved;
   /* The scripts of an object; 0: of all. `*n` is the full count. */
   tatu_status(TATU_CALL *list)(tatu_world *, tatu_object owner, tatu_object *out, uint32_t cap, uint32_t *n);
-  /* Calls a function of a script by its own name. */
+  /* Calls a function of a script, by the function's name. */
   tatu_status(TATU_CALL *call)(tatu_world *, tatu_object script, tatu_str function, tatu_call *frame);
   /* Calls a callback in all scripts that have it, except in `except`; results are discarded. */
   tatu_status(TATU_CALL *broadcast)(tatu_world *, tatu_str callback, const tatu_value *args, uint32_t n_args,
@@ -398,8 +402,9 @@ typedef struct tatu_host_scripts {
                                      uint32_t n_args, uint32_t *n);
   /* [step] The text of a script, as bytes. Valid until the current call returns. */
   tatu_status(TATU_CALL *text)(tatu_world *, tatu_object script, tatu_value *);
-  /* [step] Replaces the text of a script: its numbers, texts and tables are kept where the new text has them. Fails,
-   * without any change, if the text cannot be loaded. Not while the script itself runs. */
+  /* [step] Replaces the text of a script. Its variables that are numbers, texts or tables keep their values if the
+   * new text has them. Fails, without any change, if the text cannot be loaded. Not allowed while the script itself
+   * runs. */
   tatu_status(TATU_CALL *change)(tatu_world *, tatu_object script, tatu_str text);
 } tatu_host_scripts;
 
@@ -420,7 +425,7 @@ enum tatu_figure {
 typedef struct tatu_host_figures {
   uint32_t size;
   uint32_t reserved;
-  /* Adds one: enum tatu_figure, and a map of its keys. */
+  /* Adds a figure of a kind (enum tatu_figure), with a map of its keys. */
   tatu_status(TATU_CALL *add)(tatu_world *, tatu_object graph, uint32_t what, const tatu_value *keys, int64_t *id);
   /* Changes keys of a stream (a map), or removes a stream, curve or drawing (null). TATU_ERR_MISSING: it does not
    * exist. */
@@ -432,10 +437,10 @@ typedef struct tatu_host_figures {
                               uint64_t *taken);
   /* Makes a graph sample all its streams, at this time in s. `graph` 0: all graphs that record by themselves. */
   tatu_status(TATU_CALL *record)(tatu_world *, tatu_object graph, double time);
-  /* The numbers of all of one sort (TATU_FIGURE_STREAM, _CURVE or _DRAWING), in order of creation. `*n` is the full
+  /* The ids of all figures of one kind (TATU_FIGURE_STREAM, _CURVE or _DRAWING), in order of creation. `*n` is the full
    * count. */
   tatu_status(TATU_CALL *list)(tatu_world *, tatu_object graph, uint32_t what, int64_t *out, uint32_t cap, uint32_t *n);
-  /* One as a map: its keys and "figure" (TATU_FIGURE_*); with `numbers` not 0 also its data, as arrays of double:
+  /* A figure as a map: its keys and "figure" (TATU_FIGURE_*); with `numbers` not 0 also its data, as arrays of double:
    * "times" and "values" of a stream (NaN: missing), "points" of a curve with "dims" coordinates each, "items" of a
    * drawing with "stride" numbers each. Valid until the current call returns. */
   tatu_status(TATU_CALL *get)(tatu_world *, tatu_object graph, int64_t id, uint32_t numbers, tatu_value *);
@@ -443,10 +448,12 @@ typedef struct tatu_host_figures {
    * mesh), "size" (full extents, m; none for a plane), "pose" (7 numbers, in the shape), "color", and for a mesh
    * "points" (x y z) and "triangles" (three point indices) in the part's frame. A part with an image on it has
    * "texture", a map: "image" (a hash of its pixels), and the keys of the property `shape.texture` with the pose in the
-   * part; if its mapping is "mesh", the part has "coordinates", the place in the image of each point. Valid until the current call returns. TATU_ERR_MISSING, without a message: past the last. */
+   * part; if its mapping is "mesh", the part has "coordinates", the position of each point in the image. Valid until
+   * the current call returns. TATU_ERR_MISSING, without a message: past the last. */
   tatu_status(TATU_CALL *part)(tatu_world *, tatu_object shape, uint32_t index, tatu_value *);
-  /* [step] The image on that part as a map: "columns", "rows", and "rgba", 4 bytes per pixel, top row first. Valid until
-   * the current call returns. TATU_ERR_MISSING, without a message: there is none. Absent in hosts without images. */
+  /* [step] The image on that part as a map: "columns", "rows", and "rgba", 4 bytes per pixel, top row first. Valid
+   * until the current call returns. TATU_ERR_MISSING, without a message: there is none. Absent in hosts without
+   * images. */
   tatu_status(TATU_CALL *image)(tatu_world *, tatu_object shape, uint32_t index, tatu_value *);
 } tatu_host_figures;
 
@@ -457,44 +464,44 @@ typedef struct tatu_host_figures {
 enum tatu_open {
   TATU_OPEN_FILE = 0,
   TATU_OPEN_NEW = 1,      /* a new scene of this name, which must not exist; its file is written when it is saved */
-  TATU_OPEN_RECOVERED = 2 /* with what the recovery copy beside the file has; unsaved */
+  TATU_OPEN_RECOVERED = 2 /* with the content of the recovery copy beside the file, as unsaved edits */
 };
 enum tatu_save {
-  TATU_SAVE_OVER = 1 /* even if the file has changed on disk since it was opened */
+  TATU_SAVE_OVER = 1 /* overwrite the file even if it has changed on disk since it was opened */
 };
 
 /* Edits: changes of the scene by a person, which can be undone. An edit is everything between `begin` and `end`, by any
  * functions and commands. Its inverse is the whole state before it: objects with their handles, names, order, links and
- * scripts. While the simulation runs, edits have no inverse: a stop takes them back together with what the run did, but
- * for texts of scripts, and then the edits from before the run can be undone again. */
+ * scripts. While the simulation runs, edits have no inverse: a stop reverts them together with the effects of the run,
+ * except texts of scripts, and the edits from before the run can then be undone again. */
 typedef struct tatu_host_edits {
   uint32_t size;
   uint32_t reserved;
-  /* [step] Begins an edit. `label` says what it does, in words that follow "Undo" ("Move cup"). Consecutive edits with
+  /* [step] Begins an edit. `label` describes it, in words that follow "Undo" ("Move cup"). Consecutive edits with
    * the same label and the same `merge`, if that is not empty, become one. Edits within an edit are part of it. */
   tatu_status(TATU_CALL *begin)(tatu_world *, tatu_str label, tatu_str merge);
-  /* [step] Ends it. `keep` 0: takes it back, unless it was made during a run or merged. */
+  /* [step] Ends the edit. `keep` 0: reverts it, unless it was made during a run or merged. */
   tatu_status(TATU_CALL *end)(tatu_world *, uint32_t keep);
-  /* [step] Takes back the last edit, or (`redo` not 0) repeats the last one that was taken back. `*label` is valid until
+  /* [step] Undoes the last edit, or (`redo` not 0) redoes the last edit that was undone. `*label` is valid until
    * the current call returns. TATU_ERR_MISSING, without a message: there is none. Fails during a run, and while a
    * script is running. */
   tatu_status(TATU_CALL *step_back)(tatu_world *, uint32_t redo, tatu_str *label);
   /* [step] The edits as a map: "undo" and "redo" (lists of labels, the next one last), "unsaved" (whether the scene
-   * differs from its file), "revision" (a number for each state), "file" (of the scene), "on_disk" (whether it is
-   * there), "recovery" (when a copy with unsaved edits was written beside it, Unix time in s; none: nil). Valid until
-   * the current call returns. */
+   * differs from its file), "revision" (a number for each state), "file" (of the scene), "on_disk" (whether the file
+   * exists), "recovery" (when a copy with unsaved edits was written beside it, Unix time in s; nil: there is no copy).
+   * Valid until the current call returns. */
   tatu_status(TATU_CALL *state)(tatu_world *, tatu_value *);
-  /* [step] Saves the scene, as it is while stopped. `file` empty: into its own file, of which everything stays as it is
-   * written that edits did not change; only for services and programs. Else a path from `files.resolve` that ends with
-   * ".toml", which becomes the scene's file. `flags`: TATU_SAVE_*. */
+  /* [step] Saves the scene in its stopped state. `file` empty: to its own file, in which everything that edits did not
+   * change is left as written; only for services and programs. Else a path from `files.resolve` that ends with ".toml",
+   * which becomes the scene's file. `flags`: TATU_SAVE_*. */
   tatu_status(TATU_CALL *save)(tatu_world *, tatu_str file, uint32_t flags);
-  /* [step] Writes a recovery copy beside the scene's file, if there are edits since the last copy. It is removed when
-   * the scene is saved, and (`discard` not 0) now. */
+  /* [step] Writes a recovery copy beside the scene's file, if there are edits since the last copy. Saving the scene
+   * removes the copy. `discard` not 0: removes the copy now. */
   tatu_status(TATU_CALL *copy)(tatu_world *, uint32_t discard);
-  /* [step] As `session.open`, and `how` is one of enum tatu_open. */
+  /* [step] As `session.open`; `how` is one of enum tatu_open. */
   tatu_status(TATU_CALL *open)(tatu_world *, tatu_str file, uint32_t how);
-  /* [step] Adds what a text in the format of scene files describes, below `parent` (0: the world): see `scene.load`.
-   * Files that it names are relative to the scene's folder. `*out` is the first object. */
+  /* [step] Adds the objects that a text in the format of scene files describes, below `parent` (0: the world): see
+   * `scene.load`. Names of files in the text are relative to the scene's folder. `*out` is the first object. */
   tatu_status(TATU_CALL *add)(tatu_world *, tatu_str text, tatu_object parent, tatu_object *out);
   /* [step] The `index`-th kind of device that plugins offer, as a map: "object" (sensor or actuator), "id" (its name in
    * scene files), "text". Valid until the current call returns. TATU_ERR_MISSING, without a message: past the last. */
@@ -504,8 +511,8 @@ typedef struct tatu_host_edits {
 /* ---------------------------------------------------------------- Using them ------------------------------------ */
 
 #ifndef __cplusplus
-/* What a plugin cannot do without: .needs = TATU_NEEDS(TATU_NEED_SCENE, TATU_NEED_LOG). Nothing in these tables has to be
- * asked for by TATU_HAS; in exchange the plugin wants a host at least as new as the header. */
+/* The services that a plugin requires: .needs = TATU_NEEDS(TATU_NEED_SCENE, TATU_NEED_LOG). The functions in their
+ * tables then need no TATU_HAS; in exchange, the plugin requires a host at least as new as the header. */
 #  define TATU_NEED_SCENE TATU_NEED(tatu_host_scene, TATU_HOST_SCENE)
 #  define TATU_NEED_BODIES TATU_NEED(tatu_host_bodies, TATU_HOST_BODIES)
 #  define TATU_NEED_READINGS TATU_NEED(tatu_host_readings, TATU_HOST_READINGS)
@@ -521,7 +528,7 @@ typedef struct tatu_host_edits {
 #  define TATU_NEED_EDITS TATU_NEED(tatu_host_edits, TATU_HOST_EDITS)
 #endif
 
-/* The tables of the host; those that it lacks and no need names are null. */
+/* The tables of the host. A table that the host lacks is null; this cannot happen for those in the plugin's `needs`. */
 typedef struct tatu_host_api {
   const tatu_host *host;
   const tatu_host_scene *scene;
@@ -539,7 +546,7 @@ typedef struct tatu_host_api {
   const tatu_host_edits *edits;
 } tatu_host_api;
 
-/* Gets them, in `init`. */
+/* Gets all tables, in `init`. */
 static inline tatu_host_api tatu_host_api_of(const tatu_host *host) {
   tatu_host_api api;
   api.host = host;
@@ -558,7 +565,8 @@ static inline tatu_host_api tatu_host_api_of(const tatu_host *host) {
   api.edits = (const tatu_host_edits *)host->service(host, TATU_HOST_EDITS);
   return api;
 }
-/* `init` of a plugin that keeps nothing else: its `self` is a `const tatu_host_api *`. Its `shutdown` is tatu_delete. */
+/* `init` of a plugin that stores only these tables: its `self` is a `const tatu_host_api *`. Its `shutdown` is
+ * tatu_delete. */
 static inline tatu_status TATU_CALL tatu_init_host_api(const tatu_host *host, void **self, tatu_error *error) {
   tatu_host_api *api = (tatu_host_api *)tatu_new(sizeof *api, self, error);
   if (api) *api = tatu_host_api_of(host);
@@ -575,13 +583,13 @@ static inline double tatu_time(const tatu_host_api *api, tatu_world *world) {
 static inline void tatu_log(const tatu_host_api *api, tatu_world *world, uint32_t level, const char *text) {
   api->log->write(api->host, world, level, tatu_text(text));
 }
-/* Whether there was room for all of them: see TATU_NO_ROOM. */
+/* Whether there was room for all values: see TATU_NO_ROOM. */
 static inline int tatu_all_made(const tatu_value *values, uint32_t n) {
   while (n && values[n - 1].tag != TATU_NO_ROOM) n--;
   return n == 0;
 }
-/* Calls a function of a script with arguments (TATU_VALUES): `*result` is the first thing that it returned, or nil. If it
- * fails, so does this, with its error; `error` may be null, to go on without it. Requires the commands. */
+/* Calls a function of a script with arguments (TATU_VALUES); `*result` is its first result, or nil. If the function
+ * fails, so does this call, with the function's error; `error` may be null, to ignore it. Requires the commands. */
 static inline tatu_status tatu_call_func(const tatu_host_api *api, tatu_world *world, tatu_error *error, tatu_func func,
                                          const tatu_value *args, uint32_t n_args, tatu_value *result) {
   tatu_value results[16];
@@ -593,7 +601,7 @@ static inline tatu_status tatu_call_func(const tatu_host_api *api, tatu_world *w
   if (status >= 0 && frame.n_results) *result = results[0];
   return status < 0 ? tatu_fail_as(error, status, frame.error) : status;
 }
-/* Calls a command by its name, likewise. */
+/* Calls a command by its name, in the same manner. */
 static inline tatu_status tatu_call_command(const tatu_host_api *api, tatu_world *world, tatu_error *error,
                                             const char *name, const tatu_value *args, uint32_t n_args,
                                             tatu_value *result) {
@@ -603,7 +611,7 @@ static inline tatu_status tatu_call_command(const tatu_host_api *api, tatu_world
   *result = tatu_nil();
   if (!tatu_all_made(args, n_args)) return tatu_fail(error, TATU_ERR_SPACE, "no room for the arguments");
   frame.command = api->commands->find(world, tatu_text(name), &frame.alias);
-  if (!frame.command) return tatu_fail_help(error, TATU_ERR_UNKNOWN, "no plugin offers a command that it calls", name);
+  if (!frame.command) return tatu_fail_help(error, TATU_ERR_UNKNOWN, "no plugin offers the command to be called", name);
   status = api->commands->call(world, &frame);
   if (status >= 0 && frame.n_results) *result = results[0];
   return status < 0 ? tatu_fail_as(error, status, frame.error) : status;

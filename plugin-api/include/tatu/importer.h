@@ -1,4 +1,4 @@
-/* tatu/importer.h: importers: file formats that become objects. */
+/* tatu/importer.h: importers, which convert files to objects. */
 #ifndef TATU_IMPORTER_H
 #define TATU_IMPORTER_H
 
@@ -20,8 +20,8 @@ typedef struct tatu_importer {
   const tatu_param *const *params;
   /* [setup] Confidence, 0 to 100, that the importer can read a file that begins with `head`. Null: by suffix. */
   uint32_t(TATU_CALL *sniff)(void *self, tatu_str head);
-  /* [setup] Reads it; object 1 of the build is the base. Malformed input causes an error, never a crash. An error gives
-   * its line with TATU_PART_FILE; an empty file name there means the source itself. */
+  /* [setup] Reads the file; object 1 of the build is the base. Malformed input must cause an error, never a crash. An
+   * error has its line in TATU_PART_FILE; an empty file name there means the source itself. */
   tatu_status(TATU_CALL *load)(void *self, tatu_str bytes, const tatu_builder *, const tatu_value *params,
                                tatu_error *);
 } tatu_importer;

@@ -37,9 +37,9 @@ typedef struct tatu_builder {
                             const uint32_t *triangles, uint64_t n_triangles);
   /* [setup] Adds an image, 4 bytes per pixel, top row first; returns its number; 0: rejected. */
   uint64_t(TATU_CALL *image)(const struct tatu_builder *, const uint8_t *rgba, uint32_t width, uint32_t height);
-  /* [setup] Adds a script to an object. `language` may be null: by suffix; `dialect` may be null: from the text. `kind`:
-   * "child", "threaded", "customization" or "main" (a scene's driver; ignored in models and in imports that are not
-   * the scene itself). Returns its number; 0: rejected. */
+  /* [setup] Adds a script to an object. `language` may be null: by suffix; `dialect` may be null: from the text.
+   * `kind`: "child", "threaded", "customization" or "main" (a scene's driver; ignored in models and in imports that are
+   * not the scene itself). Returns its number; 0: rejected. */
   uint32_t(TATU_CALL *script)(const struct tatu_builder *, uint32_t owner, const char *language, const char *dialect,
                               const char *kind, tatu_str name, tatu_str text);
   /* [setup] Gives an object of kind "sensor" or "actuator" its device: a kind ("proximity"), or a schema that the kind
@@ -53,26 +53,26 @@ typedef struct tatu_builder {
    * the build. */
   tatu_status(TATU_CALL *file)(const struct tatu_builder *, tatu_str relative, tatu_str *bytes);
   /* [setup] Describes the source for `tatu check FILE --json`: a map with text keys, which the importer's documentation
-   * explains. Null or absent: nobody asks, so the importer need not gather it. */
+   * explains. Null or absent: the description was not requested, so the importer need not gather it. */
   tatu_status(TATU_CALL *describe)(const struct tatu_builder *, const tatu_value *map);
-  /* The model that is built, as its plugin declared it, so that one function can build many; null in imports.
+  /* The model that is built, as its plugin declared it, so that one function can build several; null in imports.
    * Absent in hosts that read no models from text. */
   const struct tatu_model *model;
-  /* [setup] Adds what a text in the scene format describes. Objects without a parent go below `parent` (0: the top of
-   * what is being built), and paths in the text begin there. `name` is that of the file from which the text comes,
-   * relative to the folder of the source; empty: the file that describes the model. File names in the text are
+  /* [setup] Adds the objects that a text in the scene format describes. Objects without a parent go below `parent` (0:
+   * the top of what is being built), and paths in the text begin there. `name` is that of the file from which the text
+   * comes, relative to the folder of the source; empty: the file that describes the model. File names in the text are
    * relative to that file, and errors point to its lines. The text may place other models, so `build` of this plugin
    * may be called within this call; a model that contains itself is refused. Absent in hosts that read no models from
    * text. */
   tatu_status(TATU_CALL *scene)(const struct tatu_builder *, uint32_t parent, tatu_str name, tatu_str text);
-  /* [setup] As `mesh`, with the place of each point in an image for textures whose mapping is "mesh": `n_points` * 2
-   * floats, 0 to 1 to the right and up; null: none. Absent in hosts that only project images. */
+  /* [setup] As `mesh`, with the position of each point in an image, for textures whose mapping is "mesh": `n_points` *
+   * 2 floats, 0 to 1 to the right and up; null: none. Absent in hosts that only project images. */
   uint64_t(TATU_CALL *textured_mesh)(const struct tatu_builder *, const double *points, const float *coordinates,
                                      uint64_t n_points, const uint32_t *triangles, uint64_t n_triangles);
 } tatu_builder;
 
-/* Writes a document, and remembers the first refusal of the builder: after one, nothing more is done, and `status` is
- * what `build` or `load` returns. The builder has then said why. */
+/* Writes a document, and stores the first error of the builder in `status`, which `build` or `load` then returns. After
+ * an error, all further calls have no effect. The builder has set the error of the build. */
 typedef struct tatu_build {
   const tatu_builder *to;
   tatu_status status;
@@ -92,7 +92,7 @@ static inline uint32_t tatu_build_object(tatu_build *b, const char *kind, uint32
 static inline void tatu_build_set(tatu_build *b, uint32_t object, const char *key, tatu_value value) {
   if (b->status >= 0) b->status = b->to->set(b->to, object, key, &value);
 }
-/* Three numbers: a position, a size, angles, a colour. */
+/* Sets a property of three numbers: a position, a size, angles or a colour. */
 static inline void tatu_build_set3(tatu_build *b, uint32_t object, const char *key, double x, double y, double z) {
   double numbers[3];
   numbers[0] = x, numbers[1] = y, numbers[2] = z;
@@ -103,17 +103,17 @@ static inline void tatu_build_set3(tatu_build *b, uint32_t object, const char *k
 
 #define TATU_MODEL "tatu.model/draft.4"
 
-/* A place of a model to which others can be attached. */
+/* A slot of a model, to which other models can be attached. */
 typedef struct tatu_model_slot {
   uint32_t size;
   uint32_t reserved;
   const char *alias; /* alias of the object */
-  const char *mount; /* what fits: a name such as "iso9409-50-4-m6"; null: anything */
+  const char *mount; /* the mount that fits: a name such as "iso9409-50-4-m6"; null: any */
   const char *text;  /* where it is, one sentence; null: none */
   double payload;    /* greatest mass that may be attached, kg, for a warning; 0: not stated */
 } tatu_model_slot;
 
-/* A constant of a model, for people: where a number comes from. */
+/* A constant of a model, with its source: documentation for users. */
 typedef struct tatu_model_number {
   uint32_t size;
   uint32_t reserved;
@@ -131,26 +131,26 @@ typedef struct tatu_model {
   const char *text;
   const tatu_param *const *params;
   const char *const *slots;        /* aliases of objects to which others may be attached; null: none */
-  /* [setup] Builds it, with the base placed so that the model stands on the floor z = 0. A model on wheels describes its
-   * drive in the property "object.drive" of its base. */
+  /* [setup] Builds the model, with the base placed so that the model stands on the floor z = 0. A model on wheels
+   * describes its drive in the property "object.drive" of its base. */
   tatu_status(TATU_CALL *build)(void *self, const tatu_builder *, const tatu_value *params, tatu_error *);
   const char *category;            /* heading in lists: "mobile robots", "arms", "furniture"; null: none */
   const char *licence;             /* SPDX; null: that of the plugin */
-  const char *const *mounts;       /* what it is mounted by in a slot of another model; null: anything */
-  const tatu_model_slot *const *slot_infos;   /* more about `slots`; null: nothing */
+  const char *const *mounts;       /* the mounts by which it fits a slot of another model; null: any */
+  const tatu_model_slot *const *slot_infos;   /* details of `slots`; null: none */
   const tatu_model_number *const *numbers;    /* null: none */
 } tatu_model;
 
-/* A list of models, and a reader of models that are described by text. The host searches folders `models` for
- * `NAME/model.toml`, and asks the readers of all plugins in order when a scene uses NAME. */
+/* A list of models, and a reader of models that are described by text. When a scene uses NAME, the host searches the
+ * folders `models` for `NAME/model.toml`, and calls the readers of all plugins in order. */
 typedef struct tatu_ext_model {
   uint32_t size;
   uint32_t reserved;
   const tatu_model *const *models;  /* may be null if there is `read` */
   /* [setup] Reads a model from the text of its file; `name` is that of its folder. The model belongs to the plugin
-   * until shutdown. TATU_ERR_UNSUPPORTED: not in this format; the next reader is asked. Other errors, with the line
-   * (TATU_PART_FILE), are shown to whoever uses the model. When it is built, the host passes its address in
-   * `tatu_builder.model`. Null or absent: the plugin reads none. */
+   * until shutdown. TATU_ERR_UNSUPPORTED: not in this format; the next reader is called. Other errors, with the line
+   * (TATU_PART_FILE), are reported to the user of the model. When the model is built, the host passes its address in
+   * `tatu_builder.model`. Null or absent: the plugin reads no models. */
   tatu_status(TATU_CALL *read)(void *self, tatu_str name, tatu_str text, const tatu_model **out, tatu_error *);
 } tatu_ext_model;
 

@@ -1,5 +1,5 @@
-// tatu/plugin.hpp: plugins in C++17. A class declares what it offers, and functions may throw: every exception is caught
-// at the border and becomes an error. All of tatu.h can be used beside it.
+// tatu/plugin.hpp: plugins in C++17. A class declares what it offers, and its functions may throw: every exception is
+// caught at the border of the plugin and becomes an error. All of tatu.h can be used beside this header.
 //
 //   struct hello : tatu::plugin {
 //     static constexpr const tatu_need *needs[] = {nullptr}; // &tatu::need_scene, ... for `host.scene`
@@ -10,7 +10,7 @@
 //   };
 //   TATU_CPP_PLUGIN(hello, "org.example.hello", "Hello", "1.0.0", "MIT");
 //
-// Texts of declarations are literals, or live as long as the plugin. Build with -std=c++17 -fvisibility=hidden.
+// Texts of declarations must live as long as the plugin, as literals do. Build with -std=c++17 -fvisibility=hidden.
 #ifndef TATU_PLUGIN_HPP
 #define TATU_PLUGIN_HPP
 
@@ -38,7 +38,7 @@ namespace tatu {
 
 // ---------------------------------------------------------------- Errors --------------------------------------------
 
-// What functions throw to fail with a code and, if they like, with a way out.
+// The exception that a function throws to fail with a code and, optionally, a help text.
 struct failure : std::runtime_error {
   tatu_status code;
   std::string help, file, traceback; // what to do; where, if in a script; its call stack
@@ -50,7 +50,7 @@ struct failure : std::runtime_error {
 inline std::string to_string(tatu_str text) { return text.len ? std::string(text.ptr, text.len) : std::string(); }
 inline tatu_str to_str(const std::string &text) { return {text.data(), text.size()}; } // as long as the string lives
 
-// Throws what a call or a service said of its failure; does nothing if it did not fail.
+// Throws the error of a call or service that failed; has no effect if `status` is not negative.
 inline void check(tatu_status status, const tatu_error *why = nullptr) {
   if (status >= 0) return;
   if (!TATU_HAS(why, code)) throw failure(status, ""); // without a text the host uses the service's
@@ -59,7 +59,7 @@ inline void check(tatu_status status, const tatu_error *why = nullptr) {
   throw f;
 }
 
-// Runs something that may throw, and gives the host a status.
+// Runs a function that may throw; sets the error and returns the status for the host.
 template <typename Body> tatu_status guard(tatu_error *error, Body body) noexcept {
   try {
     body();
@@ -76,7 +76,7 @@ template <typename Body> tatu_status guard(tatu_error *error, Body body) noexcep
   } catch (const std::exception &e) {
     return tatu_fail(error, TATU_ERR, e.what());
   } catch (...) {
-    return tatu_fail(error, TATU_ERR_PANIC, "it threw something that is no std::exception");
+    return tatu_fail(error, TATU_ERR_PANIC, "the plugin threw an object that is not a std::exception");
   }
 }
 
@@ -84,7 +84,7 @@ template <typename Body> tatu_status guard(tatu_error *error, Body body) noexcep
 
 class plugin;
 
-// A call of a command. Arguments are of their declared types; missing ones are 0 or empty.
+// A call of a command. Arguments have their declared types; missing arguments are 0 or empty.
 class call {
   tatu_call &c;
 
@@ -94,7 +94,7 @@ class call {
   }
 
 public:
-  tatu_status status = TATU_OK; // what the host gets: TATU_WAIT after `wait`
+  tatu_status status = TATU_OK; // returned to the host: TATU_WAIT after `wait_steps`
 
   explicit call(tatu_call &raw) : c(raw) {}
   tatu_call &raw() { return c; }
@@ -137,32 +137,32 @@ public:
   template <typename State> State &state() const { return *static_cast<State *>(c.state); }
   const tatu_host_api &host() const;
 
-  // Calls a function of a script, or a command by its name; the first result, or nil. Throws where it fails.
+  // Calls a function of a script, or a command by its name; returns the first result, or nil. Throws if the call fails.
   tatu_value run(tatu_func f, std::initializer_list<tatu_value> args) {
     tatu_value results[16];
     tatu_call frame = frame_of(args, results);
     tatu_status done = host().commands->call_func(c.world, f, &frame);
-    check(done, frame.error); // which the call has set
+    check(done, frame.error); // separate statement: the call above sets frame.error
     return frame.n_results ? results[0] : tatu_nil();
   }
   tatu_value run(const char *name, std::initializer_list<tatu_value> args) {
     tatu_value results[16];
     tatu_call frame = frame_of(args, results);
     frame.command = host().commands->find(c.world, tatu_text(name), &frame.alias);
-    if (!frame.command) throw failure(TATU_ERR_UNKNOWN, std::string("no plugin offers ") + name);
+    if (!frame.command) throw failure(TATU_ERR_UNKNOWN, std::string("no plugin offers the command ") + name);
     tatu_status done = host().commands->call(c.world, &frame);
-    check(done, frame.error); // which the call has set
+    check(done, frame.error); // separate statement: the call above sets frame.error
     return frame.n_results ? results[0] : tatu_nil();
   }
-  // Waits, and is called again with `resumed() == word`: return after it.
+  // Suspends the command for `steps` steps; return after it. The command is then called again with `resumed() == word`.
   void wait_steps(double steps, uint64_t word) {
     check(status = c.api->wait(&c, TATU_UNTIL_STEPS, steps, tatu_text(""), word), c.error);
   }
   uint64_t resumed() const { return c.resume; }
 };
 
-// A place in the world's arena, gone back to at the end of the block: what results of calls pointed to since is then
-// gone. For loops that call many functions whose results are only looked at.
+// Releases the memory of results that the block has received, by returning to a mark in the world's arena at the end of
+// the block. For loops that call many functions and do not store their results.
 class scratch {
   const tatu_host_commands *commands;
   tatu_world *world;
@@ -177,7 +177,7 @@ public:
 
 // ---------------------------------------------------------------- Declarations --------------------------------------
 
-// A parameter: type, key, unit (nullptr: none), text; then what else there is.
+// A parameter: type, key, unit (nullptr: none) and text; the member functions set the rest.
 class param {
   tatu_param p{};
 
@@ -194,7 +194,7 @@ public:
   const tatu_param &table() const { return p; }
 };
 
-// Values that stay where they are, and the null-terminated list of pointers to them.
+// Tables with fixed addresses, and the null-terminated list of pointers to them.
 template <typename Table> class tables {
   std::deque<Table> all;
   std::vector<const Table *> pointers{nullptr};
@@ -208,7 +208,7 @@ public:
   const Table *const *list() const { return pointers.data(); }
 };
 
-// A command: its name, and what runs.
+// A command: its name and its function.
 class command {
   friend class plugin;
   tatu_command t{};
@@ -229,7 +229,7 @@ public:
   command &&subject(const char *word) && { return t.subject = word, std::move(*this); }
 };
 
-// One sensor while it is measured: what its beams met, and where its fields are written.
+// One sensor while it is measured: its inputs, and the buffers of its fields.
 class sample {
   const tatu_sensor_batch &b;
   uint32_t i;
@@ -248,7 +248,7 @@ public:
 };
 
 // A kind of sensor. `Sensor` has a constructor from `const tatu_value *params`, `void configure(params)`,
-// `void beams(tatu_beams &)` and `void measure(const sample &)`; all of it follows from its parameters.
+// `void beams(tatu_beams &)` and `void measure(const sample &)`; its parameters must determine its state.
 template <typename Sensor> class sensor {
   friend class plugin;
   tatu_sensor t{};
@@ -269,7 +269,7 @@ template <typename Sensor> class sensor {
     return guard(error, [&] { static_cast<Sensor *>(data)->beams(*out); });
   }
   static tatu_status TATU_CALL measure(void *, const tatu_sensor_batch *batch, tatu_error *error) {
-    for (uint32_t i = 0; i < batch->n; i++) // one that fails is switched off, the others go on
+    for (uint32_t i = 0; i < batch->n; i++) // an instance that fails is switched off; the others continue
       batch->status[i] = guard(error, [&] { static_cast<Sensor *>(batch->data[i])->measure(sample(*batch, i)); });
     return TATU_OK;
   }
@@ -283,7 +283,8 @@ public:
   sensor &&inputs(uint32_t in) && { return t.inputs = in, std::move(*this); }
   sensor &&schema(const char *id) && { return schemas.insert(schemas.end() - 1, id), std::move(*this); }
   sensor &&takes(param p) && { return params.add(p.table()), std::move(*this); }
-  // A field of `count` numbers (0: one for each beam); `nothing` stands for no measurement, `valid` names its flag.
+  // A field of `count` numbers (0: one for each beam). `nothing` is the value for "no measurement"; `valid` names the
+  // field that is 0 where this one holds no measurement.
   sensor &&field(uint32_t elem, const char *name, const char *unit, const char *text, uint32_t count = 1,
                  const char *nothing = nullptr, const char *valid = nullptr) && {
     tatu_field f{};
@@ -303,7 +304,7 @@ public:
 // The base of a plugin. Its constructor declares what it offers; nothing in it changes afterwards.
 class plugin {
   std::deque<command> commands;
-  std::vector<std::shared_ptr<void>> kept; // owners of the other tables
+  std::vector<std::shared_ptr<void>> kept; // own the tables of sensors
   tables<tatu_command> all;
   std::vector<const tatu_sensor *> kinds{nullptr};
   tatu_ext_command ext_command{};
@@ -352,7 +353,7 @@ protected:
     s->t.presets = s->presets.list(), s->t.life = &s->life;
     kinds.insert(kinds.end() - 1, &s->t);
   }
-  // Each world keeps a block of plain data, call::state: saved, restored and zeroed by the host.
+  // Gives each world a block of plain data, call::state, which the host saves, restores and zeroes.
   template <typename State> void keep_per_world() {
     life.state_bytes = sizeof(State);
     ext_command.per_world = &life;
@@ -361,7 +362,7 @@ protected:
 
 inline const tatu_host_api &call::host() const { return static_cast<plugin *>(c.self)->host; }
 
-// What a plugin cannot do without, for its `needs`.
+// The services that a plugin requires, for its `needs`.
 template <typename Table> constexpr tatu_need need(const char *id) { return {sizeof(tatu_need), 0, id, sizeof(Table), 0}; }
 inline constexpr tatu_need need_scene = need<tatu_host_scene>(TATU_HOST_SCENE);
 inline constexpr tatu_need need_bodies = need<tatu_host_bodies>(TATU_HOST_BODIES);
@@ -372,7 +373,7 @@ inline constexpr tatu_need need_events = need<tatu_host_events>(TATU_HOST_EVENTS
 inline constexpr tatu_need need_log = need<tatu_host_log>(TATU_HOST_LOG);
 inline constexpr tatu_need need_session = need<tatu_host_session>(TATU_HOST_SESSION);
 
-// How the host starts, asks and ends a plugin of a class.
+// The functions of the descriptor for a plugin class.
 template <typename Plugin> struct entry {
   static tatu_status TATU_CALL init(const tatu_host *host, void **self, tatu_error *error) {
     return guard(error, [&] { *self = static_cast<plugin *>(new Plugin(host)); });
@@ -383,7 +384,7 @@ template <typename Plugin> struct entry {
 
 } // namespace tatu
 
-// Exports a class as the library's plugin: class, id, name, version, licence. Its `needs` are a static member.
+// Exports a class as the library's plugin: class, id, name, version, licence. `needs` is a static member of the class.
 #define TATU_CPP_PLUGIN(Class, Id, Name, Version, Licence)                                                                \
   const tatu_plugin_t tatu_plugin = {sizeof(tatu_plugin_t), TATU_ABI_MAJOR, TATU_ABI_MINOR, Id, Name, Version, Licence,   \
                                      Class::needs, tatu::entry<Class>::init, tatu::entry<Class>::shutdown,                \

@@ -20,10 +20,10 @@ typedef struct tatu_budget {
 
 enum tatu_find {
   /* A callback of the life cycle: "init", "thread", "actuation", "sensing", "cleanup", "nonSimulation",
-   * "beforeSimulation", "afterSimulation", "suspend", "suspended", "resume", "beforeStep", "dyn", "joint", "contact", or
-   * "measured": for a sensor's scripts, after it was measured in the sensing stage, with a map whose `sensor` is that
-   * object. It may return a map: `cmd` "cleanup" ends the script, "restart" ends it and starts it again; `skip` true
-   * from "beforeStep" skips the stages of the pass, and time does not advance. */
+   * "beforeSimulation", "afterSimulation", "suspend", "suspended", "resume", "beforeStep", "dyn", "joint", "contact",
+   * or "measured": for a sensor's scripts, after it was measured in the sensing stage, with a map whose `sensor` is
+   * that object. It may return a map: `cmd` "cleanup" ends the script, "restart" ends it and starts it again; `skip`
+   * true from "beforeStep" skips the stages of the pass, and time does not advance. */
   TATU_FIND_CALLBACK = 0,
   TATU_FIND_FUNCTION = 1  /* a function of the script, by its own name */
 };
@@ -38,7 +38,8 @@ enum tatu_language_flag {
   TATU_LANGUAGE_SIDE_BY_SIDE = 1 /* different scripts may be called on different threads at once */
 };
 
-/* A script language. Each script is one instance with a state of its own. Its errors become a status. */
+/* A script language. Each script is one instance with a state of its own. Errors of scripts are returned as a
+ * status. */
 typedef struct tatu_language {
   uint32_t size;
   uint32_t flags;              /* TATU_LANGUAGE_* */
@@ -47,19 +48,20 @@ typedef struct tatu_language {
   const char *const *suffixes; /* ".lua" */
   const tatu_life *life;       /* the instance's owner is the script object. Its `load` is called after the one below: it
                                 * restores all of the state if the text is equivalent to the writer's, else it fails.
-                                * After a file change it is called again after `init`, and restores what still fits */
+                                * After a file change it is called again after `init`, and restores values that fit */
   /* [step] Loads the text. `chunk` is the name for messages, a file if there is one. An empty `dialect` is determined
    * from the text; the dialect in use is returned in `*chosen`, which the plugin owns. */
   tatu_status(TATU_CALL *load)(void *data, tatu_str text, tatu_str chunk, tatu_str dialect, tatu_str *chosen,
                                tatu_error *);
-  /* [step] A number for something callable; 0: the script has none. The function behind it may change with each call. */
+  /* [step] The number of a callback or function; 0: the script does not have it. The function that the number refers to
+   * may change with each call. */
   uint32_t(TATU_CALL *find)(void *data, uint32_t how, tatu_str name);
-  /* [step] Calls it with the frame's arguments; results go into the frame. TATU_WAIT: suspended in a command that
-   * waits; the host calls `resume` with that wait's token. `*used` counts instructions. May be re-entered. */
+  /* [step] Calls a callable with the frame's arguments; results go into the frame. TATU_WAIT: suspended in a command
+   * that waits; the host calls `resume` with that wait's token. `*used` counts instructions. May be re-entered. */
   tatu_status(TATU_CALL *call)(void *data, uint32_t callable, tatu_call *frame, const tatu_budget *, uint64_t *used,
                                tatu_error *);
   /* [step] A wait has ended: `frame->args` are the results of the command that waited. If `failed` is not TATU_OK, the
-   * command failed, and `frame->error` says why. Returns as `call` does. */
+   * command failed, with the error in `frame->error`. Returns as `call` does. */
   tatu_status(TATU_CALL *resume)(void *data, uint64_t token, tatu_status failed, tatu_call *frame,
                                  const tatu_budget *, uint64_t *used, tatu_error *);
   /* [step] Retains a borrowed function reference: returns its permanent local id, 0 if it is gone. */
@@ -69,7 +71,8 @@ typedef struct tatu_language {
   /* [step] Calls a function reference, borrowed or retained. */
   tatu_status(TATU_CALL *call_func)(void *data, uint32_t local, tatu_call *frame, const tatu_budget *, uint64_t *used,
                                     tatu_error *);
-  /* [any] Whether it supports a dialect named by a scene; the error lists those it supports. Null: any is accepted. */
+  /* [any] Whether the language supports a dialect that a scene names; the error lists the supported dialects. Null: any
+   * is accepted. */
   tatu_status(TATU_CALL *knows_dialect)(void *self, tatu_str dialect, tatu_error *);
   /* [step] TATU_SCRIPT_* bits of a script whose text has been loaded. Null: none. */
   uint32_t(TATU_CALL *traits)(void *data);

@@ -1,4 +1,4 @@
-/* tatu/sensor.h: sensors: beams and poses in, readings out. */
+/* tatu/sensor.h: sensors, which convert beams, poses and other inputs to readings. */
 #ifndef TATU_SENSOR_H
 #define TATU_SENSOR_H
 
@@ -46,9 +46,9 @@ enum tatu_wave {
   TATU_WAVES_ALL = 65535
 };
 
-/* What a sensor sends out. Filled by the plugin; `size` is set by the host. The optical axis of an image (GRID,
- * PARALLEL) is +z, with +y up and +x to the left; near_m and far_m are planes normal to it. Its pixels are ordered by
- * rows, from the bottom up, and from left to right within a row. */
+/* The beams that a sensor sends out. Filled by the plugin; `size` is set by the host. The optical axis of an image
+ * (GRID, PARALLEL) is +z, with +y up and +x to the left; near_m and far_m are planes normal to it. Its pixels are
+ * ordered by rows, from the bottom up, and from left to right within a row. */
 typedef struct tatu_beams {
   uint32_t size;
   uint32_t form;            /* enum tatu_beam_form */
@@ -71,7 +71,8 @@ typedef struct tatu_beams {
                              * always the sensor's own */
 } tatu_beams;
 
-/* Sends out rays along unit vectors, 3 numbers each, which stay the instance's; up to `far_m`, at any incidence. */
+/* Sets rays along unit vectors, 3 numbers each, which the instance continues to own; up to `far_m`, m, at any
+ * incidence. */
 static inline void tatu_rays(tatu_beams *beams, uint32_t n, const double *directions, double far_m) {
   beams->form = TATU_BEAMS_RAYS;
   beams->count[0] = n;
@@ -125,18 +126,18 @@ typedef struct tatu_field {
 /* A field of one number: element type, name, unit (NULL: none), text, and further fields by name:
  *   TATU_FIELD(TATU_ELEM_F64, "lamp.level", "1", "How much light comes back.", .valid = "lamp.seen", .nothing = "0") */
 #  define TATU_FIELD(Elem, Name, Unit, ...) TATU_FIELD_ARRAY(Elem, 1, Name, Unit, __VA_ARGS__)
-/* One of `N` numbers; 0: one for each beam or pixel. */
+/* A field of `N` numbers; 0: one for each beam or pixel. */
 #  define TATU_FIELD_ARRAY(Elem, N, Name, Unit, ...) \
     TATU_TABLE(tatu_field, .elem = (Elem), .dims = {(N), 1, 1}, .name = (Name), .unit = (Unit), .text = __VA_ARGS__)
-/* A list of them. */
+/* A list of fields. */
 #  define TATU_FIELDS(...) TATU_LIST_OF(tatu_field, __VA_ARGS__)
 #endif
 
 /* ---------------------------------------------------------------- Measuring ------------------------------------- */
 
 /* Random numbers for `measure`, for effects that declared noise cannot express. A number depends only on the scene's
- * seed, the sensor, how often it has been measured, and the number's index (`first` and up), not on other sensors or the
- * order of calls. Callable from any thread during the call that received it. */
+ * seed, the sensor, how often it has been measured, and the number's index (`first` and up), not on other sensors or
+ * the order of calls. Callable from any thread during the call that received it. */
 typedef struct tatu_random {
   uint32_t size;
   uint32_t reserved;
@@ -172,7 +173,7 @@ typedef struct tatu_sensor_batch {
   const uint32_t *primitive;      /* per beam */
   const uint64_t *first_pixel;    /* [n + 1] index of each sensor's first pixel in the arrays below; null: no images */
   const float *depth;             /* per pixel: m along the sensor's +z; infinity: no hit. TATU_IN_DISTANCE */
-  const uint8_t *pixel_color;     /* per pixel, 3; the sky's without a hit. TATU_IN_COLOR */
+  const uint8_t *pixel_color;     /* per pixel, 3; no hit: the colour of the sky. TATU_IN_COLOR */
   const float *pixel_cosine;      /* per pixel, 0 to 1; 0: no hit. TATU_IN_COSINE */
   const tatu_object *pixel_object; /* per pixel; 0: no hit. TATU_IN_OBJECT */
   const tatu_random *random;
@@ -189,15 +190,15 @@ typedef struct tatu_sensor_batch {
                                    * TATU_IN_CONTACTS */
   const double *friction;         /* per contact, 3: friction on the observed shape, N, world frame */
   const double *wrench;           /* [n], 6 each: force (N), and torque (N m) about the sensor's origin, that the force
-                                   * sensor exerts on what carries it, sensor frame, mean over the step; 0 without one.
+                                   * sensor exerts on its carrier, sensor frame, mean over the step; 0 without one.
                                    * TATU_IN_WRENCH */
 } tatu_sensor_batch;
 
-/* In `measure`: the first element of field `k`, from 0 in the order of declaration, of sensor `i`. */
+/* In `measure`: a pointer to the first element of field `k`, from 0 in the order of declaration, of sensor `i`. */
 static inline void *tatu_field_of(const tatu_sensor_batch *batch, uint32_t i, uint32_t k) {
   return batch->fields[(size_t)i * batch->n_fields + k];
 }
-/* The distances that the beams of sensor `i` met, m, infinity for none, and how many beams there are. */
+/* The distances along the beams of sensor `i`, m, infinity if nothing was hit, and the number of beams. */
 static inline const double *tatu_distances_of(const tatu_sensor_batch *batch, uint32_t i, uint64_t *n) {
   *n = batch->first_beam[i + 1] - batch->first_beam[i];
   return batch->distance + batch->first_beam[i];
@@ -217,9 +218,9 @@ typedef struct tatu_preset {
 
 enum tatu_sensor_flag {
   /* Sensors of motion, force and contact: `measure` is called after each physics step in which the sensor is due, and
-   * its reading is kept until the next. Inputs, `time` and `step` are those of the physics step: pose, twist and time are
-   * those of its middle. No beams are cast and no image is drawn. A sensor that is to be measured on request keeps the
-   * reading that it has. */
+   * its reading is retained until the next. Inputs, `time` and `step` are those of the physics step: pose, twist and
+   * time are those of its middle. No beams are cast and no image is rendered. A request to measure such a sensor leaves
+   * its last reading unchanged. */
   TATU_SENSOR_EVERY_PHYSICS_STEP = 1
 };
 

@@ -1,4 +1,4 @@
-/* tatu/test.h: tests of plugins, in C and C++. The guide is docs/plugin-authors/testing.md.
+/* tatu/test.h: for tests of plugins, in C and C++. The guide is docs/plugin-authors/testing.md.
  *
  *   #include "tatu/test.h"
  *
@@ -10,10 +10,11 @@
  *
  *   TATU_TESTS(sees_the_wall);
  *
- * Each file in the folder `tests` of a plugin becomes a library of its own, which does not contain the plugin: it sees
- * the plugin as scenes and scripts do. `tatu plugin test` builds it and runs each test in a process of its own.
+ * Each file in the folder `tests` of a plugin becomes a library of its own, which does not contain the plugin: the
+ * tests use the plugin as scenes and scripts do. `tatu plugin test` builds the library and runs each test in its own
+ * process.
  *
- * No plugin needs this header, and tatu.h does not include it. */
+ * The plugin itself does not need this header, and tatu.h does not include it. */
 #ifndef TATU_TEST_H
 #define TATU_TEST_H
 
@@ -33,47 +34,49 @@ extern "C" {
 /* A world that a test has opened. It belongs to the thread that opened it. */
 typedef struct tatu_test_world tatu_test_world;
 
-/* What a world is made of. */
+/* Arguments of tatu_test_host.open. */
 typedef struct tatu_test_setup {
   uint32_t size;
   uint32_t reserved;
   tatu_str scene;             /* the text of a scene file */
-  const char *folder;         /* where the files lie that it names; null: the working folder */
-  const char *const *plugins; /* libraries of plugins, or folders with such, besides the program's own; may be null */
+  const char *folder;         /* to which file names in the scene are relative; null: the working folder */
+  const char *const *plugins; /* libraries of plugins, or folders with them, besides the program's own; may be null */
 } tatu_test_setup;
 
-/* The host, as tests see it: the library `tatuhost` beside the program, or the program itself. Its functions never end
- * the process. One that fails returns null or a negative status, and `last_error` has the sentence: what, where, and what
- * was expected. What is returned by pointer is valid until the next call with the same world; texts of `last_error`, until
- * the next call on the same thread. */
+/* The host, as seen by tests: the library `tatuhost` beside the program, or the program itself. Its functions never end
+ * the process. A function that fails returns null or a negative status, and `last_error` has the message: what, where,
+ * and what was expected. Results returned by pointer are valid until the next call with the same world; texts of
+ * `last_error`, until the next call on the same thread. */
 typedef struct tatu_test_host {
   uint32_t size;
   uint32_t reserved;
   /* Opens a scene and starts it: time is 0, and nothing has been measured yet. */
   tatu_test_world *(TATU_CALL *open)(const tatu_test_setup *);
-  /* Stops a world and ends it; null is ignored. Negative: something went wrong in that, or had gone wrong before, and
-   * `faults` has not told it. */
+  /* Stops a world and closes it; null is ignored. Negative: a fault occurred while it was stopped, or earlier, and
+   * `faults` has not returned it yet. */
   tatu_status(TATU_CALL *close)(tatu_test_world *);
-  /* Does `n` steps. Faults of scripts and plugins do not stop it; see `faults`. */
+  /* Runs `n` steps. Faults of scripts and plugins do not stop the world; see `faults`. */
   tatu_status(TATU_CALL *step)(tatu_test_world *, uint64_t n);
   /* Simulation time, s; -1: there is no such world. */
   double(TATU_CALL *time)(tatu_test_world *);
-  /* A field of a sensor's last reading, by its path or unique name and the field's name: an array of numbers. */
+  /* A field of a sensor's last reading, by path or unique name of the sensor and name of the field: an array of
+   * numbers. */
   tatu_status(TATU_CALL *field)(tatu_test_world *, const char *path, const char *name, tatu_value *out);
-  /* The whole reading: a map with `kind`, `time` (s), `sequence` (how often it has measured; 0: never) and `fields`. */
+  /* The whole reading: a map with `kind`, `time` (s), `sequence` (how often it has been measured; 0: never) and
+   * `fields`. */
   tatu_status(TATU_CALL *reading)(tatu_test_world *, const char *path, tatu_value *out);
-  /* A property of an object: "position", "joint.position", a parameter "lamp.range", a command of an actuator. An empty
-   * path is the world: "scene.gravity". */
+  /* Reads or sets a property of an object: "position", "joint.position", a parameter "lamp.range", a command of an
+   * actuator. An empty path is the world: "scene.gravity". */
   tatu_status(TATU_CALL *get)(tatu_test_world *, const char *path, const char *key, tatu_value *out);
   tatu_status(TATU_CALL *set)(tatu_test_world *, const char *path, const char *key, const tatu_value *value);
-  /* Calls a command as the host does, between two steps. Writes up to `cap` results, and how many there are. */
+  /* Calls a command as the host does, between two steps. Writes up to `cap` results, and the number of all results. */
   tatu_status(TATU_CALL *call)(tatu_test_world *, const char *name, const tatu_value *args, uint32_t n_args,
                                tatu_value *results, uint32_t cap, uint32_t *n_results);
-  /* What has been logged since the last call: a line each, "warning: ...". */
+  /* The messages logged since the last call, one per line: "warning: ...". */
   tatu_str(TATU_CALL *lines)(tatu_test_world *);
-  /* What has gone wrong since the last call: a line each, "[F207] ...". Empty: nothing. */
+  /* The faults since the last call, one per line: "[F207] ...". Empty: there were none. */
   tatu_str(TATU_CALL *faults)(tatu_test_world *);
-  /* Why the last call on this thread failed. */
+  /* The message of the last call on this thread that failed. */
   tatu_str(TATU_CALL *last_error)(void);
 } tatu_test_host;
 
@@ -82,17 +85,17 @@ typedef const tatu_test_host *(TATU_CALL *tatu_test_host_get_t)(void);
 
 /* ---------------------------------------------------------------- Tests ----------------------------------------- */
 
-/* A test that runs, for the macros and functions below. */
+/* A running test, for the macros and functions below. */
 typedef struct tatu_test {
   uint32_t size;
   uint32_t failures;          /* checks that have failed */
   const tatu_test_host *host;
-  const char *folder;         /* where files of scenes lie: the folder `tests` */
+  const char *folder;         /* to which file names in scenes are relative: the folder `tests` */
   const char *const *plugins; /* the plugin under test */
-  tatu_test_world *world;     /* what tatu_test_scene opened; closed at the end */
-  void *leave;                /* where the test is left */
-  void *ctx;                  /* the runner's */
-  /* Notes a failure: a place and a text. */
+  tatu_test_world *world;     /* the world that tatu_test_scene opened; closed at the end */
+  void *leave;                /* the jmp_buf by which TATU_TEST_LEAVE leaves the test, in C */
+  void *ctx;                  /* private to the runner */
+  /* Records a failure: its position and its message. */
   void(TATU_CALL *report)(struct tatu_test *, const char *file, uint32_t line, const char *text);
 } tatu_test;
 
@@ -133,7 +136,8 @@ struct tatu_test_end {}; /* thrown to leave a test, so that destructors run */
 #  define TATU_TEST_LINKAGE extern
 #endif
 
-/* Declares a test; its body follows. In it, `t` is the test that runs. The name is known in the file from here on. */
+/* Declares a test; its body follows. In the body, `t` is the running test. The name is that of a constant for
+ * TATU_TESTS. */
 #define TATU_TEST(Name) \
   static void tatu_body_##Name(tatu_test *t); \
   static void TATU_CALL tatu_run_##Name(tatu_test *t) { TATU_TEST_ENTER(t, tatu_body_##Name) } \
@@ -148,7 +152,7 @@ struct tatu_test_end {}; /* thrown to leave a test, so that destructors run */
 
 /* ---------------------------------------------------------------- Checks ---------------------------------------- */
 
-/* Notes a failure; the test goes on. */
+/* Records a failure; the test continues. */
 static inline void tatu_test_fail(tatu_test *t, const char *file, int line, const char *text) {
   t->failures++;
   if (TATU_HAS(t, report)) t->report(t, file, (uint32_t)line, text);
@@ -171,12 +175,12 @@ static inline int tatu_test_check_near(tatu_test *t, const char *file, int line,
   return 0;
 }
 
-/* Checks that something holds, and goes on if it does not. */
+/* Checks a condition; the test continues if it does not hold. */
 #define TATU_CHECK(Holds) tatu_test_check(t, __FILE__, __LINE__, !!(Holds), #Holds)
-/* Checks that two numbers differ by no more than a tolerance. */
+/* Checks that two numbers differ by at most a tolerance; the test continues if they do not. */
 #define TATU_CHECK_NEAR(A, B, Tolerance) \
   tatu_test_check_near(t, __FILE__, __LINE__, (double)(A), (double)(B), (double)(Tolerance), #A, #B)
-/* Checks that something holds, and ends the test if it does not. */
+/* Checks a condition; ends the test if it does not hold. */
 #define TATU_REQUIRE(Holds) \
   do { \
     if (!TATU_CHECK(Holds)) TATU_TEST_LEAVE(t); \
@@ -184,7 +188,7 @@ static inline int tatu_test_check_near(tatu_test *t, const char *file, int line,
 
 /* ---------------------------------------------------------------- The world of a test --------------------------- */
 
-/* The functions below end the test where the host refuses, with its sentence. */
+/* If the host reports an error, the functions below end the test with its message. */
 static inline void tatu_test_need(tatu_test *t, const char *file, int line, int done) {
   char text[4096];
   tatu_str why;
@@ -224,7 +228,7 @@ static inline double tatu_test_number_at(tatu_test *t, const char *file, int lin
   {
     char text[512];
     int numbers = v.tag == TATU_F64S || v.tag == TATU_I64S;
-    snprintf(text, sizeof text, "%s: `%s` has %lu numbers, and number %lu was asked for", path, field,
+    snprintf(text, sizeof text, "%s: `%s` has %lu numbers, but index %lu was requested", path, field,
              numbers ? (unsigned long)v.u.s.len : 0ul, (unsigned long)index);
     tatu_test_fail(t, file, line, text);
     TATU_TEST_LEAVE(t);
@@ -249,20 +253,21 @@ static inline tatu_value tatu_test_call_at(tatu_test *t, const char *file, int l
   return n ? result : tatu_nil();
 }
 
-/* Opens a scene, from the text of a scene file, with the plugin under test. One that was open before is closed. */
+/* Opens a scene, from the text of a scene file, with the plugin under test. A scene that is already open is closed. */
 #define tatu_test_scene(Test, Text) tatu_test_scene_at(Test, __FILE__, __LINE__, Text)
-/* Does `N` steps. */
+/* Runs `N` steps. */
 #define tatu_test_step(Test, N) tatu_test_step_at(Test, __FILE__, __LINE__, N)
-/* A number of a sensor's last reading: path, field, and index, from 0. */
+/* A number of a sensor's last reading, by path of the sensor, name of the field, and index from 0. */
 #define tatu_test_number(Test, Path, Field, Index) tatu_test_number_at(Test, __FILE__, __LINE__, Path, Field, Index)
-/* A property of an object, as a tatu_value; tatu_to_float makes a number of it. Setting one: value by tatu_float, ... */
+/* Reads a property of an object, as a tatu_value (tatu_to_float converts it to a number), and sets one to a
+ * tatu_value. */
 #define tatu_test_get(Test, Path, Key) tatu_test_get_at(Test, __FILE__, __LINE__, Path, Key)
 #define tatu_test_set(Test, Path, Key, Value) tatu_test_set_at(Test, __FILE__, __LINE__, Path, Key, Value)
 /* The first result of a command: tatu_test_call(t, "hello.twice", TATU_VALUES(tatu_float(21))). Without arguments:
  * tatu_test_call(t, "hello.count", NULL, 0). */
 #define tatu_test_call(Test, Name, ...) tatu_test_call_at(Test, __FILE__, __LINE__, Name, __VA_ARGS__)
 
-/* Whether a command fails, with a text in its message: for tests of errors. */
+/* Whether a command fails with a message that contains `text`: for tests of errors. */
 static inline int tatu_test_refuses(tatu_test *t, const char *text, const char *name, const tatu_value *args,
                                     uint32_t n_args) {
   tatu_str why, wanted = tatu_text(text);
@@ -278,9 +283,10 @@ static inline int tatu_test_refuses(tatu_test *t, const char *text, const char *
 }
 /* Simulation time, s. */
 static inline double tatu_test_time(tatu_test *t) { return t->world ? t->host->time(t->world) : 0; }
-/* What went wrong since the last call. A test fails if there are faults at its end that it has not taken by this. */
+/* The faults since the last call. A test fails if there are faults at its end that it has not read with this
+ * function. */
 static inline tatu_str tatu_test_faults(tatu_test *t) { return t->world ? t->host->faults(t->world) : tatu_text(""); }
-/* What was logged since the last call. */
+/* The messages logged since the last call. */
 static inline tatu_str tatu_test_lines(tatu_test *t) { return t->world ? t->host->lines(t->world) : tatu_text(""); }
 
 #endif

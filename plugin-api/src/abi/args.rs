@@ -12,8 +12,8 @@ use core::{
 
 use super::frozen::*;
 
-/// A world lent for `'a`, which ends with the plugin's call at the latest; texts and values from the host live as long.
-/// The host validates the pointer before it dereferences it.
+/// A world lent for `'a`, which ends with the plugin's call at the latest; texts and values from the host are valid for
+/// `'a`, too. The host validates the pointer before it dereferences it.
 #[repr(transparent)]
 #[derive(Clone, Copy)]
 pub struct WorldRef<'a>(*mut tatu_world, PhantomData<&'a ()>);

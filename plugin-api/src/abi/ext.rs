@@ -1,4 +1,5 @@
-//! Sections 5 to 10 of the header: the tables of everything that plugins provide.
+//! The tables of everything that plugins offer: `tatu/command.h`, `sensor.h`, `actuator.h`, `model.h`, `importer.h`,
+//! `script.h`, `service.h` and `event.h`.
 
 use core::{
     ffi::{CStr, c_char, c_void},
@@ -546,7 +547,6 @@ pub const TATU_FIND_FUNCTION: u32 = 1;
 #[derive(Clone, Copy)]
 pub struct tatu_language {
     pub size: u32,
-    /// `TATU_LANGUAGE_*`.
     pub flags: u32,
     pub id: *const c_char,
     pub text: *const c_char,

@@ -1,4 +1,4 @@
-//! Section 1 of the header: the types that never change within an ABI major version, and the check of their layouts.
+//! The frozen types of `tatu/core.h`, which never change within an ABI major version, and the check of their layouts.
 //!
 //! Only this file uses `abi_stable`, and only for these types: for tables that grow, it would refuse an older plugin on
 //! a newer host.
@@ -104,7 +104,7 @@ pub struct tatu_field_view {
     pub sequence: u64,
 }
 
-/// Two shapes that touch.
+/// A contact between two shapes.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "layout-check", derive(StableAbi))]
@@ -126,10 +126,10 @@ pub struct tatu_session {
     _private: [u8; 0],
 }
 
-/// Id of the extension by which two sides in Rust compare the layouts of the frozen types.
+/// Id of the extension by which a host and a plugin that are both in Rust compare the layouts of the frozen types.
 pub const TATU_RUST_LAYOUT: &CStr = c"tatu.rust.layout/1";
 
-/// The extension. The version of `abi_stable` comes first, because layouts can be compared only if it is equal.
+/// The extension. Layouts can be compared only if the version of `abi_stable` is the same on both sides.
 #[repr(C)]
 pub struct tatu_rust_layout {
     pub size: u32,
@@ -156,7 +156,7 @@ mod layouts {
     ];
 
     struct Table(tatu_rust_layout);
-    // SAFETY: all pointers in the table lead to statics that are never modified, so sharing it between threads is
+    // SAFETY: all pointers in the table point to statics that are never modified, so sharing it between threads is
     // sound.
     unsafe impl Sync for Table {}
 

@@ -1,4 +1,4 @@
-//! Section 11 of the header: the tables of the host.
+//! `tatu/host.h` and the stand-ins of `tatu/vrep.h`: the tables of the host.
 
 use core::ffi::{CStr, c_void};
 

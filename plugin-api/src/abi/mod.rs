@@ -1,6 +1,6 @@
 //! The header `include/tatu.h` in Rust: same names, same order, same sizes (a test compiles C and compares).
 //!
-//! The header has the documentation; this mirror only states what Rust needs in addition. Function fields are `Option`,
+//! The header has the documentation; comments here only cover what is specific to Rust. Function fields are `Option`,
 //! so that a zeroed table is valid.
 
 #![allow(non_camel_case_types, reason = "names as in the header")]

@@ -1,4 +1,4 @@
-//! `tatu/test.h`: tests of plugins, and their host.
+//! `tatu/test.h`: the host of tests, and the tables by which a library exports tests.
 
 use core::ffi::{c_char, c_void};
 

@@ -1,4 +1,4 @@
-//! Sections 2 to 4 of the header: status codes, errors, plugin and host, parameters and instances.
+//! `tatu/core.h`: status codes, errors, plugin and host, parameters and instances.
 
 use core::ffi::{c_char, c_void};
 

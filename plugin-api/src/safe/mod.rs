@@ -1,6 +1,6 @@
 //! Traits over the ABI, with which a plugin in Rust needs no `unsafe`.
 //!
-//! Begin with [`Plugin`]; a plugin provides [`Command`]s, [`Sensor`]s, [`Actuator`]s, [`Model`]s, [`Importer`]s,
+//! Start with [`Plugin`]; a plugin provides [`Command`]s, [`Sensor`]s, [`Actuator`]s, [`Model`]s, [`Importer`]s,
 //! [`Language`]s, [`Service`]s and [`Event`]s through an [`Offer`]. Every callback is guarded, so that a panic becomes
 //! an error that names the plugin.
 //!

@@ -4,15 +4,15 @@
 // Build: tatu plugin build      Run the demo: tatu plugin run      The manual: sdk/include/tatu.h
 #include "tatu/actuator.h"
 
-// One propeller of a scene, and what it keeps from step to step. The host saves the state, and zeroes it at a reset.
+// One propeller of a scene, and its state. The host saves the state in snapshots, and zeroes it at a reset.
 typedef struct {
   double max_force, lag;
 } propeller;
 typedef struct {
-  double force; // N, as it is now
+  double force; // current force, N
 } state;
 
-// The parameters, in the order of their declaration. They have been checked against their types and ranges.
+// Reads the parameters, in the order of their declaration. The host has checked their types and ranges.
 static void take(propeller *it, const tatu_value *params) {
   it->max_force = params[0].u.f;
   it->lag = params[1].u.f;
@@ -31,7 +31,7 @@ static tatu_status TATU_CALL configure(void *data, const tatu_value *params, uin
   return TATU_OK;
 }
 
-// The z axis of a pose, x y z and quaternion x y z w.
+// Computes the z axis of a pose (x y z, quaternion x y z w).
 static void z_axis(const double *pose, double *axis) {
   double x = pose[3], y = pose[4], z = pose[5], w = pose[6];
   axis[0] = 2 * (x * z + w * y);
@@ -39,7 +39,7 @@ static void z_axis(const double *pose, double *axis) {
   axis[2] = 1 - 2 * (x * x + y * y);
 }
 
-// Turns commands into forces, for all propellers and on any thread: it uses its arguments, and nothing else.
+// Computes forces from commands, for all propellers. It may be called on any thread, so it uses only its arguments.
 static tatu_status TATU_CALL apply(void *self, const tatu_actuator_batch *batch, tatu_error *error) {
   (void)self, (void)error;
   for (uint32_t i = 0; i < batch->n; i++) {

@@ -3,7 +3,7 @@ local hull, propeller, step = nil, nil, 0
 
 function sysCall_init()
     hull, propeller = sim.getObject('/hull'), sim.getObject('/propeller')
-    sim.setFloatProperty(propeller, 'my_plugin.force', 100) -- held within max_force: 5 N
+    sim.setFloatProperty(propeller, 'my_plugin.force', 100) -- clamped to max_force, 5 N
 end
 
 function sysCall_sensing()
@@ -13,8 +13,8 @@ function sysCall_sensing()
     local expected = 5 / 2 * (t - 0.5 * (1 - math.exp(-t / 0.5)))
     local v = sim.getObjectVelocity(hull)
     assert(math.abs(v[1] - expected) < 0.01 * expected, v[1] .. ' m/s, where ' .. expected .. ' was expected')
-    assert(math.abs(v[2]) < 1e-6 and math.abs(v[3]) < 1e-6, 'it pushes aside')
-    print('my_plugin works: the hull goes at ' .. v[1] .. ' m/s')
+    assert(math.abs(v[2]) < 1e-6 and math.abs(v[3]) < 1e-6, 'the hull moves sideways')
+    print('my_plugin works: the hull moves at ' .. v[1] .. ' m/s')
     sim.stopSimulation()
 end
 

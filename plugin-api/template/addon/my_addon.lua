@@ -1,11 +1,11 @@
--- my_addon: tells how far each robot has gone, when the simulation ends.
--- Options: every=0   seconds between two lines while it runs; 0: none
+-- my_addon: logs the distance that each robot has travelled, when the simulation ends.
+-- Options: every=0   interval between two log lines during the run, s; 0: none
 --
 --     tatu run scene.toml --addon my_addon.lua
 --     tatu run scene.toml --addon my_addon.lua:every=2
 
 function sysCall_info()
-    return {autoStart = false} -- only when --addon names it
+    return {autoStart = false} -- starts only if --addon names it
 end
 
 local options, robots, due

@@ -1,43 +1,43 @@
-// A Tatu plugin in one C file: commands for scripts. Copy it, and change the places numbered (1) to (4).
+// A Tatu plugin in one C file: commands for scripts. Copy it, and change the sections (1) to (4).
 //
 // Build: cc -std=c11 -shared -fPIC -I../../include -o libtatu_c_command.so c_command.c
 // Try:   TATU_PLUGIN_PATH=. tatu list commands
 //
-// The file is read from the bottom up by the host: TATU_PLUGIN, then the tables of section 3, and at last the commands of
-// section 2. The manual of everything named tatu_ is the header.
+// The host reads the plugin from the bottom of the file up: TATU_PLUGIN, the tables of section 3, and the commands of
+// section 2. The header is the manual of all names that begin with tatu_.
 
 #include "tatu.h"
 
-#define PREFIX "example." // in front of all names of commands: take one that nobody else has
+#define PREFIX "example." // prefix of all command names: choose one that is unique
 
 // ---------------------------------------------------------------- (1) What you keep ---------------------------------
 
-// The plugin keeps the tables of the host, `call->self`: one for all worlds and their threads, so nothing in it changes.
-// An instance is kept for each world: things that can be found again (ids of commands) or cannot be saved.
+// `call->self` has the tables of the host. All worlds and their threads share it, so it must not change. Each world has
+// an instance, for data that can be looked up again (ids of commands) or cannot be saved.
 typedef struct instance {
-  uint64_t generation;  // of the commands when `read_sensor` was found
-  uint32_t read_sensor; // simReadProximitySensor: its id, 0 if there is none
-  uint32_t alias;       // and which of the command's names that is
-  tatu_func kept;       // what example.later was given; 0: nothing
+  uint64_t generation;  // commands.generation when `read_sensor` was looked up
+  uint32_t read_sensor; // id of simReadProximitySensor, 0 if there is none
+  uint32_t alias;       // index of this name among the command's names
+  tatu_func kept;       // the function that example.later retained; 0: none
 } instance;
 
-// The state: also one for each world, but in the host's memory, so that it is saved, restored and zeroed with the world.
-// Plain numbers only, no pointers.
+// The state of a world, in memory of the host, which saves, restores and zeroes it with the world. It must not contain
+// pointers.
 typedef struct state {
   int64_t count;
 } state;
 
 // ---------------------------------------------------------------- (2) The commands ----------------------------------
-// The host has checked the arguments against the tables of section 3: their number and types can be relied on. Where a
-// service refuses, it has said why, and the host passes that on: `return status;` is enough.
+// The host has checked the arguments against the tables of section 3, so their number and types are as declared. If a
+// service fails, it sets the error, which the host passes on: `return status;` is enough.
 
-// example.describe(number, text, table, function): arguments of several types, a call back, a table as result.
+// example.describe(number, text, table, function): arguments of several types, a callback, and a table as result.
 static tatu_status TATU_CALL describe(tatu_call *call) {
   double number = tatu_arg_float(call, 0), sum = 0;
   uint64_t n;
   const double *table = tatu_arg_floats(call, 2, &n);
 
-  // Nothing that we return may point into the arguments, so all is copied: first into a table that we change.
+  // Results must not point into the arguments, so they are copied; this copy is also modified.
   double *scaled = tatu_keep(call, table, n * sizeof *table);
   if (!scaled) return tatu_call_fail(call, TATU_ERR_SPACE, "no room for the results");
   for (uint64_t i = 0; i < n; i++) {
@@ -45,14 +45,14 @@ static tatu_status TATU_CALL describe(tatu_call *call) {
     scaled[i] *= number;
   }
 
-  // Call the script's function with the sum, and keep the first thing that it returns. What a nested call gave may be
-  // handed on, as long as nothing is released in between.
+  // The first result of the script's function may be returned, because memory of nested calls is valid until it is
+  // released.
   tatu_value called;
   tatu_status status = tatu_call_func(call->self, call->world, call->error, tatu_arg_func(call, 3),
                                       TATU_VALUES(tatu_float(sum)), &called);
   if (status < 0) return status;
 
-  // Results: a table, and how many numbers there were.
+  // The results are a table and the number of elements.
   tatu_value about = tatu_map();
   tatu_put(call, &about, "name", tatu_copy_text(call, tatu_arg_text(call, 1)));
   tatu_put(call, &about, "scaled", tatu_span(TATU_F64S, scaled, n));
@@ -61,28 +61,28 @@ static tatu_status TATU_CALL describe(tatu_call *call) {
   return tatu_return_values(call, TATU_VALUES(about, tatu_int((int64_t)n)));
 }
 
-// example.nextStep(): waits. The host calls this function twice: first to begin, later with `resume` set to go on. Where
-// the caller cannot wait, `wait` is refused, and the host reports that.
+// example.nextStep(): waits. The host calls this function twice: first with `resume` 0, and after the wait with the
+// value passed to `wait`. If the caller cannot wait, `wait` fails, and the host reports this.
 static tatu_status TATU_CALL next_step(tatu_call *call) {
   if (!call->resume) return call->api->wait(call, TATU_UNTIL_STEPS, 1, tatu_text(""), 1);
   return tatu_return(call, tatu_float(tatu_time(call->self, call->world)));
 }
 
-// example.refuse(text): fails. Say what is wrong, add what to do, return the code.
+// example.refuse(text): fails. It sets the message, adds a help text, and returns the code.
 static tatu_status TATU_CALL refuse(tatu_call *call) {
   call->error->say(call->error, TATU_ERR_ARGUMENT, tatu_arg_text(call, 0));
   call->error->add(call->error, TATU_PART_HELP, tatu_text("call example.count() instead, which never fails"), 0);
   return TATU_ERR_ARGUMENT;
 }
 
-// example.push(body, force): calls a service. Handles of scripts go to services as they are.
+// example.push(body, force): calls a service. Services accept handles of scripts.
 static tatu_status TATU_CALL push(tatu_call *call) {
   const tatu_host_api *host = call->self;
   uint64_t n;
   return host->bodies->push(call->world, tatu_arg_object(call, 0), tatu_arg_floats(call, 1, &n), NULL);
 }
 
-// Finds the command that reads a sensor, again only when commands have come or gone. 0: there is none.
+// Returns the id of the command that reads a sensor, or 0. It is looked up again only when commands have changed.
 static uint32_t read_sensor_command(tatu_call *call) {
   const tatu_host_commands *commands = ((const tatu_host_api *)call->self)->commands;
   instance *here = call->instance;
@@ -94,28 +94,28 @@ static uint32_t read_sensor_command(tatu_call *call) {
   return here->read_sensor;
 }
 
-// example.pushWhenNear(sensor, body, distance, force): calls a command of another plugin, then a service. A call of a
-// command that is made once, and of which one result is read, is shorter: tatu_call_command.
+// example.pushWhenNear(sensor, body, distance, force): calls a command of another plugin, then a service. For a single
+// call of which only the first result is needed, tatu_call_command is shorter.
 static tatu_status TATU_CALL push_when_near(tatu_call *call) {
   const tatu_host_api *host = call->self;
   uint32_t found = read_sensor_command(call);
   if (!found) return tatu_call_fail(call, TATU_ERR_UNKNOWN, "no plugin offers simReadProximitySensor");
 
-  // Call it. What its results point to lies in the world's arena from `mark` on, until we give it back. What we call
-  // cannot wait.
+  // The results of the command point to memory in the world's arena after `mark`, until it is released. The command
+  // cannot wait, because the frame has no wait token.
   tatu_value results[16] = {{0}};
   tatu_call frame = tatu_frame(TATU_VALUES(tatu_handle(tatu_arg_object(call, 0))), results, 16);
   frame.command = found;
   frame.alias = ((instance *)call->instance)->alias;
   uint64_t mark = host->commands->mark(call->world);
   tatu_status status = host->commands->call(call->world, &frame);
-  // 1 and the distance, or only 0 (nothing seen) or -1 (not yet measured).
+  // The results are 1 and the distance, or only 0 (nothing detected) or -1 (not yet measured).
   int seen = status >= 0 && frame.n_results > 1 && tatu_to_float(results[0]) == 1 && results[1].tag != TATU_NIL;
   double distance = tatu_to_float(results[1]);
   host->commands->release(call->world, mark);
   if (status < 0) return tatu_fail_as(call->error, status, frame.error);
 
-  // Act, and report what was done. Nothing seen: no distance.
+  // The second result, the distance, is omitted if nothing was detected.
   uint64_t n;
   int is_near = seen && distance < tatu_arg_float(call, 2);
   if (is_near) status = host->bodies->push(call->world, tatu_arg_object(call, 1), tatu_arg_floats(call, 3, &n), NULL);
@@ -124,13 +124,13 @@ static tatu_status TATU_CALL push_when_near(tatu_call *call) {
   return seen ? tatu_return(call, tatu_float(distance)) : TATU_OK;
 }
 
-// example.count(): uses the state. Each world counts for itself, and begins at 1 again when it is reset.
+// example.count(): uses the state. Each world has its own counter, which starts again at 1 after a reset.
 static tatu_status TATU_CALL count(tatu_call *call) {
   state *kept = call->state;
   return tatu_return(call, tatu_int(++kept->count));
 }
 
-// example.later(function): keeps a function. Without `retain` it would be gone when this call returns.
+// example.later(function): retains a function, which would otherwise be invalid when this call returns.
 static tatu_status TATU_CALL later(tatu_call *call) {
   const tatu_host_api *host = call->self;
   instance *here = call->instance;
@@ -142,7 +142,8 @@ static tatu_status TATU_CALL later(tatu_call *call) {
   return TATU_OK;
 }
 
-// example.fire(): calls the kept function and gives it up. It is taken out first: it may itself call example.later.
+// example.fire(): calls the retained function and drops it. The instance is cleared first, because the function may
+// call example.later.
 static tatu_status TATU_CALL fire(tatu_call *call) {
   const tatu_host_api *host = call->self;
   instance *here = call->instance;
@@ -152,26 +153,26 @@ static tatu_status TATU_CALL fire(tatu_call *call) {
   here->kept = 0;
   tatu_value result;
   tatu_status status = tatu_call_func(host, call->world, call->error, kept, NULL, 0, &result);
-  host->commands->drop(call->world, kept); // TATU_ERR_GONE: its script has ended
+  host->commands->drop(call->world, kept); // also if the call failed
   return status < 0 ? status : tatu_return(call, result);
 }
 
 // ---------------------------------------------------------------- (3) What is declared -----------------------------
 
-// A command under one name.
+// A command with one name.
 #define COMMAND(Call, Name, Params, Returns, Text, Example)                                                            \
   TATU_TABLE(tatu_command, .names = TATU_NAME(PREFIX Name), .call = (Call), .params = (Params), .returns = (Returns),  \
              .text = (Text), .example = (Example), .subject = "examples")
-#define FORCE TATU_PARAM(TATU_F64S, "force", "N", "In the world's frame, at the centre of mass.", .count = 3)
+#define FORCE TATU_PARAM(TATU_F64S, "force", "N", "Force at the centre of mass, world frame.", .count = 3)
 
 static const tatu_command *const commands[] = {
   COMMAND(describe, "describe",
-    TATU_PARAMS(TATU_PARAM(TATU_F64, "number", "m", "By what the table is multiplied."),
+    TATU_PARAMS(TATU_PARAM(TATU_F64, "number", "m", "Factor by which the table is multiplied."),
                 TATU_PARAM(TATU_TEXT, "text", NULL, "Any text."),
                 TATU_PARAM(TATU_F64S, "table", NULL, "Any number of numbers."),
                 TATU_PARAM(TATU_FUNC, "function", NULL, "Called with the sum of the table.")),
     TATU_PARAMS(TATU_PARAM(TATU_MAP, "about", NULL, "name, scaled, sum and called."),
-                TATU_PARAM(TATU_I64, "numbers", NULL, "How many numbers the table holds.")),
+                TATU_PARAM(TATU_I64, "numbers", NULL, "Number of elements of the table.")),
     "Describes its arguments.",
     "about, n = example.describe(2, 'arm', {1, 2, 3}, function(sum) return sum / 2 end)"),
   COMMAND(next_step, "nextStep", NULL, TATU_PARAMS(TATU_PARAM(TATU_F64, "time", "s", "Simulation time after the wait.")),
@@ -188,28 +189,28 @@ static const tatu_command *const commands[] = {
                 TATU_PARAM(TATU_F64, "measured", "m", "Distance seen; absent if nothing is seen.")),
     "Pushes a body if a proximity sensor sees something near.",
     "pushed, seen = example.pushWhenNear(sensor, body, 0.5, {0, 0, 10})"),
-  COMMAND(count, "count", NULL, TATU_PARAMS(TATU_PARAM(TATU_I64, "count", NULL, "How often, this call included.")),
+  COMMAND(count, "count", NULL, TATU_PARAMS(TATU_PARAM(TATU_I64, "count", NULL, "Number of calls, this one included.")),
     "Counts its calls in this world.", "n = example.count()"),
-  COMMAND(later, "later", TATU_PARAMS(TATU_PARAM(TATU_FUNC, "function", NULL, "What example.fire will call.")), NULL,
-    "Keeps a function for example.fire, in place of the one kept before.", "example.later(function() return 'now' end)"),
+  COMMAND(later, "later", TATU_PARAMS(TATU_PARAM(TATU_FUNC, "function", NULL, "Called by example.fire.")), NULL,
+    "Retains a function for example.fire, in place of an earlier one.", "example.later(function() return 'now' end)"),
   COMMAND(fire, "fire", NULL, TATU_PARAMS(TATU_PARAM_OF_ANY_TYPE("returned", "First result of the function.")),
-    "Calls the function that example.later kept, once.", "value = example.fire()"),
+    "Calls the function that example.later retained, once.", "value = example.fire()"),
   NULL,
 };
 
-// A world begins.
+// Creates the instance of a world.
 static tatu_status TATU_CALL begin_world(void *self, const tatu_instance *given, void **data, tatu_error *error) {
-  (void)self, (void)given; // the tables of the host; the world and the state block
+  (void)self, (void)given; // not needed: the tables of the host; the world and the state block
   instance *here = tatu_new(sizeof *here, data, error);
-  if (here) here->generation = UINT64_MAX; // of no commands: they are looked up at the first use
+  if (here) here->generation = UINT64_MAX; // forces a lookup at the first use
   return here ? TATU_OK : TATU_ERR_SPACE;
 }
 
-// A snapshot is taken: the state is saved by the host, a kept function cannot be.
+// Saves the instance for a snapshot. The host saves the state block; a retained function cannot be saved.
 static tatu_status TATU_CALL save(void *data, const tatu_writer *writer, tatu_error *error) {
   const instance *here = data;
   (void)writer; // nothing else to write
-  return here->kept ? tatu_fail(error, TATU_ERR_UNSUPPORTED, "a function waits for example.fire") : TATU_OK;
+  return here->kept ? tatu_fail(error, TATU_ERR_UNSUPPORTED, "a retained function cannot be saved") : TATU_OK;
 }
 
 // ---------------------------------------------------------------- (4) Who you are, and what you need ----------------

@@ -6,18 +6,18 @@
 #include "tatu/command.h"
 #include "tatu/host.h"
 
-// What each world keeps: plain numbers, no pointers. The host saves it in snapshots and zeroes it when a run starts again.
+// The state of a world: plain numbers, no pointers. The host saves it in snapshots, and zeroes it when a run restarts.
 enum { MOST = 64 };
 typedef struct {
-  tatu_object object; // 0: this place is free
-  double at[3];       // where it was at the last call, m
-  double metres;      // how far it had come until then
+  tatu_object object; // 0: this entry is free
+  double at[3];       // position at the last call, m
+  double metres;      // distance travelled until then, m
 } track;
 typedef struct {
   track tracks[MOST];
 } state;
 
-// The track of an object, or a free place for it; null if there is none.
+// Returns the track of an object, or a free entry for it; null if there is none.
 static track *find(state *kept, tatu_object object) {
   for (int i = 0; i < MOST; i++)
     if (kept->tracks[i].object == object || !kept->tracks[i].object) return &kept->tracks[i];
@@ -29,14 +29,14 @@ static tatu_status TATU_CALL travelled(tatu_call *call) {
   const tatu_host_api *host = call->self;
   tatu_object object;
   double pose[7];
-  // The full id of the object, and its pose in the world frame. A service that fails has given the reason: returning its
+  // The full id of the object, and its pose in the world frame. A service that fails has set the error: returning its
   // status is enough.
   tatu_status status = host->scene->look(call->world, tatu_arg_object(call, 0), &object, NULL);
   if (status >= 0) status = host->scene->pose(call->world, object, 0, pose);
   if (status < 0) return status;
   track *it = find(call->state, object);
   if (!it)
-    return tatu_call_fail_help(call, TATU_ERR_SPACE, "it follows at most 64 objects", "call my_plugin.reset() first");
+    return tatu_call_fail_help(call, TATU_ERR_SPACE, "it tracks at most 64 objects", "call my_plugin.reset() first");
   if (it->object) it->metres += hypot(hypot(pose[0] - it->at[0], pose[1] - it->at[1]), pose[2] - it->at[2]);
   it->object = object;
   for (int i = 0; i < 3; i++) it->at[i] = pose[i];

@@ -1,7 +1,7 @@
--- Checks my_plugin: a puck at 1 m/s has travelled as many metres as seconds have passed.
+-- Checks my_plugin: after t seconds, a puck at 1 m/s has travelled t metres.
 function sysCall_init()
     puck = sim.getObject('/puck')
-    assert(my_plugin.travelled(puck) == 0, 'the first call starts at 0')
+    assert(my_plugin.travelled(puck) == 0, 'the first call must return 0')
     asked = 0
 end
 
@@ -11,8 +11,8 @@ function sysCall_sensing()
     assert(math.abs(metres - seconds) < 0.01, 'after ' .. seconds .. ' s it returns ' .. metres .. ' m')
     if asked == 40 then
         my_plugin.reset()
-        assert(my_plugin.travelled(puck) == 0, 'reset() has not reset it')
-        print('my_plugin works: the puck came ' .. metres .. ' m far')
+        assert(my_plugin.travelled(puck) == 0, 'reset() had no effect')
+        print('my_plugin works: the puck has travelled ' .. metres .. ' m')
         sim.stopSimulation()
         sysCall_sensing = nil
     end

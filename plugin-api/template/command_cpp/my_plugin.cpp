@@ -10,16 +10,16 @@
 
 namespace {
 
-// What each world keeps: plain numbers, no pointers. The host saves it in snapshots and zeroes it when a run starts again.
+// The state of a world: plain numbers, no pointers. The host saves it in snapshots, and zeroes it when a run restarts.
 struct state {
   struct track {
-    tatu_object object; // 0: this place is free
-    double at[3];       // where it was at the last call, m
-    double metres;      // how far it had come until then
+    tatu_object object; // 0: this entry is free
+    double at[3];       // position at the last call, m
+    double metres;      // distance travelled until then, m
   } tracks[64];
 };
 
-// The host has checked the arguments: they have the types that are declared below. What is thrown becomes an error.
+// The host has checked the arguments: they have the types that are declared below. Exceptions become errors.
 void travelled(tatu::call &c) {
   tatu_object object;
   double pose[7];
@@ -30,7 +30,7 @@ void travelled(tatu::call &c) {
   auto it = std::find_if(std::begin(tracks), std::end(tracks),
                          [&](const state::track &t) { return t.object == object || !t.object; });
   if (it == std::end(tracks))
-    throw tatu::failure(TATU_ERR_SPACE, "it follows at most 64 objects", "call my_plugin.reset() first");
+    throw tatu::failure(TATU_ERR_SPACE, "it tracks at most 64 objects", "call my_plugin.reset() first");
   if (it->object) it->metres += std::hypot(pose[0] - it->at[0], pose[1] - it->at[1], pose[2] - it->at[2]);
   it->object = object;
   std::copy_n(pose, 3, it->at);
@@ -39,7 +39,7 @@ void travelled(tatu::call &c) {
 
 void reset(tatu::call &c) { c.state<state>() = {}; }
 
-// The plugin: what it offers and needs. One for all worlds and their threads, so nothing in it changes.
+// The plugin: what it offers and needs. All worlds and their threads share one object, so it must not change.
 struct this_plugin : tatu::plugin {
   static constexpr const tatu_need *needs[] = {&tatu::need_scene, nullptr};
 

@@ -1,4 +1,4 @@
-// A Tatu plugin in one C++17 file: commands for scripts. Copy it, and change the places numbered (1) to (3).
+// A Tatu plugin in one C++17 file: commands for scripts. Copy it, and change the sections (1) to (3).
 //
 // Build: c++ -std=c++17 -O2 -shared -fPIC -fvisibility=hidden -I../../include -o libtatu_cpp_command.so cpp_command.cpp
 // Try:   TATU_PLUGIN_PATH=. tatu list commands
@@ -12,21 +12,22 @@
 
 namespace {
 
-#define PREFIX "examplecpp." // in front of all names of commands: take one that nobody else has
+#define PREFIX "examplecpp." // prefix of all command names: choose one that is unique
 
 // ---------------------------------------------------------------- (1) The commands ----------------------------------
-// The host has checked the arguments against what is declared in (2): their number and types can be relied on.
+// The host has checked the arguments against the declarations in (2), so their number and types are as declared.
 
-// A script's function of a number. It must return one: that needs no memory, so the arena is given back at once.
+// Calls a script's function with a number. The function must return a number, which needs no memory, so the memory of
+// its results is released at once.
 double call_with(tatu::call &c, tatu_func function, double x) {
   tatu::scratch until_read(c);
   tatu_value y = c.run(function, {tatu_float(x)});
   if (y.tag != TATU_F64 && y.tag != TATU_I64)
-    throw tatu::failure(TATU_ERR_ARGUMENT, "the function did not return a number", "let it end with `return <number>`");
+    throw tatu::failure(TATU_ERR_ARGUMENT, "the function did not return a number", "end it with `return <number>`");
   return tatu_to_float(y);
 }
 
-// examplecpp.describe(number, text, table, function): arguments of several types, a call back, a table as result.
+// examplecpp.describe(number, text, table, function): arguments of several types, a callback, and a table as result.
 void describe(tatu::call &c) {
   std::vector<double> table = c.numbers(2);
   double sum = std::accumulate(table.begin(), table.end(), 0.0);
@@ -41,7 +42,7 @@ void describe(tatu::call &c) {
   c.give(static_cast<int64_t>(table.size()));
 }
 
-// examplecpp.map(table, function): the function's answers for each number of a table.
+// examplecpp.map(table, function): returns the results of a function for each number of a table.
 void map(tatu::call &c) {
   std::vector<double> table = c.numbers(0);
   for (double &x : table) x = call_with(c, c.function(1), x);
@@ -53,24 +54,24 @@ void refuse(tatu::call &c) { throw tatu::failure(TATU_ERR_ARGUMENT, c.text(0), "
 
 // ---------------------------------------------------------------- (2) What you offer and need -----------------------
 
-// One for all worlds and their threads, so nothing in it changes once it is made.
+// All worlds and their threads share one object, so it must not change after its construction.
 struct plugin : tatu::plugin {
-  static constexpr const tatu_need *needs[] = {&tatu::need_commands, nullptr}; // not without them
+  static constexpr const tatu_need *needs[] = {&tatu::need_commands, nullptr}; // required services
 
   explicit plugin(const tatu_host *h) : tatu::plugin(h) {
     offer(tatu::command(PREFIX "describe", describe)
-            .takes({TATU_F64, "number", "m", "By what the table is multiplied."})
+            .takes({TATU_F64, "number", "m", "Factor by which the table is multiplied."})
             .takes({TATU_TEXT, "text", nullptr, "Any text."})
             .takes({TATU_F64S, "table", nullptr, "Any number of numbers."})
             .takes({TATU_FUNC, "function", nullptr, "Takes a number and returns one."})
             .gives({TATU_MAP, "about", nullptr, "name, scaled, sum and called."})
-            .gives({TATU_I64, "numbers", nullptr, "How many numbers the table holds."})
+            .gives({TATU_I64, "numbers", nullptr, "Number of elements of the table."})
             .text("Describes its arguments.")
             .example("about, n = examplecpp.describe(2, 'arm', {1, 2, 3}, function(sum) return sum / 2 end)"));
     offer(tatu::command(PREFIX "map", map)
             .takes({TATU_F64S, "table", nullptr, "Any number of numbers."})
             .takes({TATU_FUNC, "function", nullptr, "Takes a number and returns one."})
-            .gives({TATU_F64S, "answers", nullptr, "What the function returned."})
+            .gives({TATU_F64S, "answers", nullptr, "The results of the function."})
             .text("Calls a function with each number of a table.")
             .example("squares = examplecpp.map({1, 2, 3}, function(x) return x * x end)"));
     offer(tatu::command(PREFIX "refuse", refuse)

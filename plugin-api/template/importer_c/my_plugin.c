@@ -1,7 +1,7 @@
 // my_plugin: an importer in C. It reads text files `.my_plugin` that describe blocks:
 //   blocks 1                       the first line
 //   # a comment
-//   box X Y Z LENGTH WIDTH HEIGHT  a box: its middle and its size, m
+//   box X Y Z LENGTH WIDTH HEIGHT  a box: its centre and its size, m
 //   ball X Y Z DIAMETER
 //
 // Build: tatu plugin build      Run the demo: tatu plugin run      The manual: sdk/include/tatu.h
@@ -12,13 +12,14 @@
 
 static const char FIRST[] = "blocks 1";
 
-// Confidence, 0 to 100, that it can read a file that begins like this.
+// Returns the confidence, 0 to 100, that the importer can read a file that begins with `head`.
 static uint32_t TATU_CALL sniff(void *self, tatu_str head) {
   (void)self;
   return head.len >= sizeof FIRST - 1 && memcmp(head.ptr, FIRST, sizeof FIRST - 1) == 0 ? 100 : 0;
 }
 
-// Takes the next line off a text, as a NUL-terminated string. Returns 0 if there is none, -1 if it is too long.
+// Removes the next line from a text, and copies it as a NUL-terminated string. Returns 0 if there is none, -1 if the
+// line is too long.
 static int next_line(tatu_str *rest, char *line, size_t room) {
   if (!rest->len) return 0;
   const char *end = memchr(rest->ptr, '\n', rest->len);
@@ -46,7 +47,7 @@ static tatu_status TATU_CALL load(void *self, tatu_str bytes, const tatu_builder
   tatu_build to = tatu_build_with(builder);
   double scale = params[0].u.f, n[6];
   char line[200], left;
-  uint32_t base = tatu_build_object(&to, "dummy", 0, "blocks"); // the first object is what others are attached to
+  uint32_t base = tatu_build_object(&to, "dummy", 0, "blocks"); // the first object is the base of all others
   for (uint64_t number = 1; to.status >= 0; number++) {
     int more = next_line(&bytes, line, sizeof line);
     if (more == 0 && number > 1) break;
@@ -70,11 +71,11 @@ static tatu_status TATU_CALL load(void *self, tatu_str bytes, const tatu_builder
     }
     if (wrong) return tatu_fail_line(error, TATU_ERR_ARGUMENT, wrong, tatu_text(""), number);
   }
-  return to.status; // where the builder refused, it has said why
+  return to.status; // if the builder failed, it has set the error
 }
 
 static const tatu_importer importer = {
-  .size = sizeof(tatu_importer), .id = "my_plugin", .text = "Blocks: boxes and balls, one in a line.",
+  .size = sizeof(tatu_importer), .id = "my_plugin", .text = "Blocks: boxes and balls, one per line.",
   .suffixes = TATU_TEXTS(".my_plugin"), .sniff = sniff, .load = load,
   .params = TATU_PARAMS(
     TATU_PARAM(TATU_F64, "scale", "1", "Factor for all numbers.", TATU_RANGE(0.001, 1000), TATU_DEFAULT_F64(1)))};

@@ -8,9 +8,9 @@ end
 
 function sysCall_init()
     local box, ball = sim.getObject('/blocks/box'), sim.getObject('/blocks/ball')
-    assert(near(sim.getObjectPosition(box), {2, 0, 0.2}), 'the box is not where it should be')
-    assert(near(tatu.get(box, 'shape.size'), {0.8, 1.6, 0.4}), 'the box has another size')
-    assert(near(sim.getObjectPosition(ball), {2, 0, 0.7}), 'the ball is not where it should be')
+    assert(near(sim.getObjectPosition(box), {2, 0, 0.2}), 'the box has the wrong position')
+    assert(near(tatu.get(box, 'shape.size'), {0.8, 1.6, 0.4}), 'the box has the wrong size')
+    assert(near(sim.getObjectPosition(ball), {2, 0, 0.7}), 'the ball has the wrong position')
     print('my_plugin works: the blocks are there')
     sim.stopSimulation()
 end

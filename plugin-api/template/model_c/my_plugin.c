@@ -1,13 +1,13 @@
 // my_plugin: a robot model in C. A body on two driven wheels and a caster ball; it stands on z = 0 and heads along +x.
-// Parameter: wheel_radius, 0.06 to 0.2 m. The axle lies under the middle of the body, so `tatu.drive` moves that.
+// Parameter: wheel_radius, 0.06 to 0.2 m. The axle is below the centre of the body, so `tatu.drive` moves this centre.
 //
 // Build: tatu plugin build      Run the demo: tatu plugin run      The manual: sdk/include/tatu.h
 #include "tatu/model.h"
 
-#define TRACK 0.36 // m between the wheels' middles
+#define TRACK 0.36 // m, between the centres of the wheels
 
-// What a dynamic shape of ours has in common. The mask: parts of it do not collide with each other (low byte 0),
-// but with everything else (high byte).
+// Sets the properties that all dynamic shapes have in common. With this mask, parts of the robot do not collide with
+// each other (low byte 0), but with everything else (high byte).
 static void solid(tatu_build *p, uint32_t shape, double mass) {
   tatu_build_set(p, shape, "mass", tatu_float(mass));
   tatu_build_set(p, shape, "dynamic", tatu_bool(1));
@@ -15,8 +15,8 @@ static void solid(tatu_build *p, uint32_t shape, double mass) {
   tatu_build_set(p, shape, "respondable_mask", tatu_int(0xFF00));
 }
 
-// A motor and its wheel. A joint turns about its z axis: a quarter turn back about x lays it along +y, so that a
-// positive velocity drives forward. The wheel collides as a ball, which has one point on the floor.
+// Adds a motor and its wheel. A joint turns about its z axis, which is rotated by -90 degrees about x to point along
+// +y, so that a positive velocity drives forward. The wheel collides as a ball, which has one point of contact.
 static void wheel(tatu_build *p, uint32_t base, double radius, double y, const char *motor, const char *tyre) {
   const double quarter = 1.5707963267948966;
   uint32_t joint = tatu_build_object(p, "joint", base, motor);
@@ -35,11 +35,12 @@ static void wheel(tatu_build *p, uint32_t base, double radius, double y, const c
 
 static tatu_status TATU_CALL build(void *self, const tatu_builder *builder, const tatu_value *params, tatu_error *error) {
   (void)self;
-  (void)error; // a refusal of the builder has said why, and the host takes that
+  (void)error; // if the builder fails, it has set the error of the build
   tatu_build p = tatu_build_with(builder);
   double r = params[0].u.f, ball = r / 2;
 
-  // The body: its origin is on the axle. The weight lies a little behind it, on the caster.
+  // The body: its origin is on the axle. The centre of mass is slightly behind it, so that the caster carries some
+  // weight.
   uint32_t base = tatu_build_object(&p, "shape", 0, "my_plugin");
   tatu_build_set(&p, base, "primitive", tatu_string("box"));
   tatu_build_set3(&p, base, "size", 0.4, 0.3, 0.1);
@@ -52,7 +53,7 @@ static tatu_status TATU_CALL build(void *self, const tatu_builder *builder, cons
   wheel(&p, base, r, TRACK / 2, "left_motor", "left_wheel");
   wheel(&p, base, r, -TRACK / 2, "right_motor", "right_wheel");
 
-  // The caster: a ball that may turn every way.
+  // The caster: a ball that turns freely in all directions.
   uint32_t socket = tatu_build_object(&p, "joint", base, "caster_socket");
   tatu_build_set(&p, socket, "type", tatu_string("spherical"));
   tatu_build_set3(&p, socket, "position", -0.15, 0, ball - r);
@@ -61,7 +62,7 @@ static tatu_status TATU_CALL build(void *self, const tatu_builder *builder, cons
   tatu_build_set3(&p, caster, "size", 2 * ball, 2 * ball, 2 * ball);
   solid(&p, caster, 0.2);
 
-  // How the wheels drive it, for those who steer from outside: the keys of `drive` in a scene, without units.
+  // The kinematics of the drive, for commands such as `tatu.drive`: the keys of `drive` in a scene, without units.
   tatu_build_set(&p, base, "drive", tatu_map_of(TATU_ENTRIES(
     tatu_entry("type", tatu_string("differential")),
     tatu_entry("joints", tatu_list_of(TATU_VALUES(tatu_string(":/left_motor"), tatu_string(":/right_motor")))),

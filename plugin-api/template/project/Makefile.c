@@ -1,4 +1,4 @@
-# The same as `tatu plugin build`, for those who prefer make; on Linux.
+# Builds the plugin with make, like `tatu plugin build`; for Linux.
 LIBRARY = build/libtatu_my_plugin.so
 CFLAGS ?= -O2
 

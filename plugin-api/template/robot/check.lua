@@ -1,4 +1,4 @@
--- Drives 1 m at 0.5 m/s and checks where the robot is. An error in a script makes the run fail.
+-- Drives 1 m at 0.5 m/s and checks the position of the robot. An error in a script makes the run fail.
 local me, from, passed
 
 function sysCall_init()

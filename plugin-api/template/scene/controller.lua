@@ -1,4 +1,4 @@
--- Drives ahead, and turns right while something is near.
+-- Drives forward, and turns right while an obstacle is near.
 local left, right, sonars
 
 function sysCall_init()

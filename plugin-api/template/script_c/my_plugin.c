@@ -1,7 +1,8 @@
-// my_plugin: a script language in C. Each line of a script names a callback or a function, and a command with arguments:
+// my_plugin: a script language in C. Each line of a script names a callback or a function, and a command with
+// arguments:
 //   init        sim.setInt32Signal ready 1
 //   actuation   my_robot.go 0.5
-// Lines run when what they name is called. Arguments are numbers or words.
+// A line runs when the callback or function that it names is called. Arguments are numbers or words.
 //
 // Build: tatu plugin build      Run the demo: tatu plugin run      The manual: sdk/include/tatu.h
 #include "tatu/host.h"
@@ -9,16 +10,16 @@
 
 #include <string.h>
 
-enum { MOST_WORDS = 18 }; // of a line: a name, a command, and its arguments
+enum { MOST_WORDS = 18 }; // per line: a name, a command and its arguments; further words are ignored
 
-// A script. Its text is all that it has.
+// A script. Its only state is its text.
 typedef struct {
   const tatu_host_api *host;
   char *text;
   uint64_t len;
 } script;
 
-// Cuts a line into words, in place of `rest`, which then begins behind it; how many there are.
+// Splits the first line of `rest` into words, and removes it from `rest`. Returns the number of words, 0 for a comment.
 static uint32_t words_of(tatu_str *rest, tatu_str *words) {
   uint32_t n = 0;
   const char *at = rest->ptr, *end = at + rest->len;
@@ -33,7 +34,7 @@ static uint32_t words_of(tatu_str *rest, tatu_str *words) {
   return n && words[0].ptr[0] == '#' ? 0 : n;
 }
 
-// A word as a value: a number if it is one, else text. It points into the script, which lives longer than the call.
+// Converts a word to a number if it is one, else to a text, which points into the script and so outlives the call.
 static tatu_value value_of(tatu_str word) {
   char text[64], *end;
   if (word.len < sizeof text) {
@@ -58,7 +59,7 @@ static void TATU_CALL destroy(void *data) {
   free(it);
 }
 
-// Snapshots: a script has no state but its text, which must be the same when it is restored.
+// Snapshots: the only state of a script is its text, which must be the same when it is restored.
 static tatu_status TATU_CALL save(void *data, const tatu_writer *to, tatu_error *error) {
   const script *it = data;
   (void)error;
@@ -68,10 +69,10 @@ static tatu_status TATU_CALL save(void *data, const tatu_writer *to, tatu_error 
 static tatu_status TATU_CALL restore(void *data, tatu_str bytes, uint32_t version, tatu_error *error) {
   const script *it = data;
   if (version == 1 && bytes.len == it->len && (!it->len || memcmp(bytes.ptr, it->text, it->len) == 0)) return TATU_OK;
-  return tatu_fail(error, TATU_ERR_UNSUPPORTED, "the script has another text");
+  return tatu_fail(error, TATU_ERR_UNSUPPORTED, "the text of the script has changed since the snapshot");
 }
 
-// Takes the text, and looks whether each line can be understood.
+// Stores the text, and checks that each line has a command.
 static tatu_status TATU_CALL load(void *data, tatu_str text, tatu_str chunk, tatu_str dialect, tatu_str *chosen,
                                   tatu_error *error) {
   script *it = data;
@@ -103,7 +104,7 @@ static uint32_t TATU_CALL find(void *data, uint32_t how, tatu_str name) {
 static tatu_status TATU_CALL call(void *data, uint32_t callable, tatu_call *frame, const tatu_budget *budget,
                                   uint64_t *used, tatu_error *error) {
   const script *it = data;
-  (void)budget; // a line runs once: no call can run away
+  (void)budget; // a call runs each line at most once, so no limit is needed
   tatu_str rest = {it->text, it->len}, words[MOST_WORDS], name = {NULL, 0};
   for (uint32_t line = 1; rest.len; line++) {
     uint32_t n = words_of(&rest, words);
@@ -121,22 +122,22 @@ static tatu_status TATU_CALL call(void *data, uint32_t callable, tatu_call *fram
   return TATU_OK;
 }
 
-// Its commands cannot wait, and it passes no functions of its own.
+// Scripts of this language cannot wait, and pass no functions of their own.
 static tatu_status TATU_CALL resume(void *data, uint64_t token, tatu_status failed, tatu_call *frame,
                                     const tatu_budget *budget, uint64_t *used, tatu_error *error) {
   (void)data, (void)token, (void)failed, (void)frame, (void)budget, (void)used;
-  return tatu_fail(error, TATU_ERR_UNSUPPORTED, "a script of my_plugin never waits");
+  return tatu_fail(error, TATU_ERR_UNSUPPORTED, "a script of my_plugin cannot wait");
 }
 static uint32_t TATU_CALL keep_func(void *data, uint32_t local) { return (void)data, (void)local, 0; }
 static void TATU_CALL drop_func(void *data, uint32_t local) { (void)data, (void)local; }
 static tatu_status TATU_CALL call_func(void *data, uint32_t local, tatu_call *frame, const tatu_budget *budget,
                                        uint64_t *used, tatu_error *error) {
   (void)data, (void)local, (void)frame, (void)budget, (void)used;
-  return tatu_fail(error, TATU_ERR_GONE, "a script of my_plugin has no functions that can be kept");
+  return tatu_fail(error, TATU_ERR_GONE, "a script of my_plugin has no functions that can be retained");
 }
 
 static const tatu_language language = {
-  .size = sizeof(tatu_language), .id = "my_plugin", .text = "Lines that say when to call which command.",
+  .size = sizeof(tatu_language), .id = "my_plugin", .text = "Lines that name a callback and a command to call in it.",
   .suffixes = TATU_TEXTS(".my_plugin"), .load = load, .find = find, .call = call, .resume = resume,
   .keep_func = keep_func, .drop_func = drop_func, .call_func = call_func,
   .life = TATU_TABLE(tatu_life, .create = create, .destroy = destroy, .save = save, .load = restore, .version = 1)};

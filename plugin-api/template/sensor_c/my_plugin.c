@@ -1,14 +1,14 @@
 // my_plugin: a kind of sensor in C. A fan of beams in the plane of its z and x axes measures the clearance ahead.
-//   my_plugin.distance  for each beam, m; its range where nothing is hit
-//   my_plugin.nearest   the least of them, m             my_plugin.bearing  where that is, rad, from +z towards +x
-// Noise, rate and latency are the scene's: see the preset below, and `[noise.distance]` in a scene.
+//   my_plugin.distance  for each beam, m; the range if nothing is hit
+//   my_plugin.nearest   the least of them, m             my_plugin.bearing  its direction, rad, from +z towards +x
+// Noise, rate and latency are set by the scene: see the preset below, and `[noise.distance]` in a scene.
 //
 // Build: tatu plugin build      Run the demo: tatu plugin run      The manual: sdk/include/tatu.h
 #include "tatu/sensor.h"
 
 enum { MOST = 181 };
 
-// One sensor of a scene. All of it follows from its parameters, so that a snapshot has nothing to keep.
+// One sensor of a scene. Its parameters determine it completely, so a snapshot need not save anything.
 typedef struct {
   double range, angle;
   uint32_t beams;
@@ -19,7 +19,7 @@ static double bearing(const fan *it, uint64_t beam) {
   return it->beams > 1 ? it->angle * ((double)beam / (it->beams - 1) - 0.5) : 0;
 }
 
-// The parameters, in the order of their declaration. They have been checked against their types and ranges.
+// Reads the parameters, in the order of their declaration. The host has checked their types and ranges.
 static void take(fan *it, const tatu_value *params) {
   it->range = params[0].u.f;
   it->angle = params[1].u.f;
@@ -39,7 +39,7 @@ static tatu_status TATU_CALL create(void *self, const tatu_instance *given, void
   return TATU_OK;
 }
 
-// Parameters have changed while it runs; the host asks for the beams next.
+// Applies changed parameters during a run; the host requests the beams next.
 static tatu_status TATU_CALL configure(void *data, const tatu_value *params, uint32_t n, uint64_t changed,
                                        tatu_error *error) {
   (void)n, (void)changed, (void)error;
@@ -56,7 +56,7 @@ static tatu_status TATU_CALL beams(void *data, tatu_beams *out, tatu_error *erro
 
 enum { DISTANCE, NEAREST, BEARING }; // the fields, in the order of their declaration
 
-// Measures all sensors of this kind that are due, on any thread: it uses its arguments, and nothing else.
+// Measures with all sensors of this kind that are due. It may be called on any thread, so it uses only its arguments.
 static tatu_status TATU_CALL measure(void *self, const tatu_sensor_batch *batch, tatu_error *error) {
   (void)self, (void)error;
   for (uint32_t i = 0; i < batch->n; i++) {

@@ -1,7 +1,7 @@
 // my_plugin: a kind of sensor in C++. A fan of beams in the plane of its z and x axes measures the clearance ahead.
-//   my_plugin.distance  for each beam, m; its range where nothing is hit
-//   my_plugin.nearest   the least of them, m             my_plugin.bearing  where that is, rad, from +z towards +x
-// Noise, rate and latency are the scene's: see the preset below, and `[noise.distance]` in a scene.
+//   my_plugin.distance  for each beam, m; the range if nothing is hit
+//   my_plugin.nearest   the least of them, m             my_plugin.bearing  its direction, rad, from +z towards +x
+// Noise, rate and latency are set by the scene: see the preset below, and `[noise.distance]` in a scene.
 //
 // Build: tatu plugin build      Run the demo: tatu plugin run      The manual: sdk/include/tatu.h, tatu/plugin.hpp
 #include "tatu/plugin.hpp"
@@ -13,7 +13,7 @@ namespace {
 
 enum { DISTANCE, NEAREST, BEARING }; // the fields, in the order of their declaration
 
-// One sensor of a scene. All of it follows from its parameters, so that a snapshot has nothing to keep.
+// One sensor of a scene. Its parameters determine it completely, so a snapshot need not save anything.
 class fan {
   double range = 0, angle = 0;
   std::vector<double> ahead; // unit vectors in the sensor's frame, 3 numbers each
@@ -26,7 +26,7 @@ class fan {
 public:
   explicit fan(const tatu_value *params) { configure(params); }
 
-  // The parameters, in the order of their declaration. They have been checked against their types and ranges.
+  // Reads the parameters, in the order of their declaration. The host has checked their types and ranges.
   void configure(const tatu_value *params) {
     range = params[0].u.f;
     angle = params[1].u.f;
@@ -39,7 +39,7 @@ public:
 
   void beams(tatu_beams &out) const { tatu_rays(&out, uint32_t(ahead.size() / 3), ahead.data(), range); }
 
-  // On any thread: it uses the sensor and the sample, and nothing else.
+  // May be called on any thread, so it uses only the sensor and the sample.
   void measure(const tatu::sample &s) const {
     double *distance = s.field<double>(DISTANCE), nearest = range;
     for (size_t k = 0; k < s.beams(); k++) {

@@ -1,7 +1,7 @@
-// my_plugin: a service in C. A thread of its own waits for something outside, queues what comes, and wakes the session;
-// between two steps the service applies what is queued to the world. Here the thread waits for the clock: each `period` it
-// queues a tick. Replace it with your socket, device or bridge: see `listen`.
-//   signal my_plugin.ticks   how many ticks have come; the simulation waits until there are `wait_for` of them
+// my_plugin: a service in C. A thread of its own waits for events from outside, queues them, and wakes the session;
+// between two steps the service applies the queued events to the world. Here the thread waits for the clock, and queues
+// a tick every `period`. Replace it with your socket, device or bridge: see `listen`.
+//   signal my_plugin.ticks   number of ticks received; the simulation waits until there are `wait_for` of them
 //
 // Build: tatu plugin build      Run the demo: tatu plugin run      The manual: sdk/include/tatu.h
 #define _POSIX_C_SOURCE 200809L // threads and clocks
@@ -13,21 +13,21 @@
 
 enum { ROOM = 256 };
 
-// The service while it runs. What both threads use is used under the lock.
+// A running service. Members that both threads use are protected by the lock.
 typedef struct {
   const tatu_host_api *host;
   tatu_session *session;
   double period;
-  int64_t wait_for, ticks; // of the session's thread alone
+  int64_t wait_for, ticks; // used only by the session's thread
   pthread_t thread;
   pthread_mutex_t lock;
   pthread_cond_t changed;
   int ending;
-  int64_t queue[ROOM]; // what has come and was not taken yet
+  int64_t queue[ROOM]; // ticks that have not been applied yet, a ring buffer
   unsigned first, n;
 } service;
 
-// The thread. It may call `wake` and the log, and nothing else of the host.
+// Runs on the thread of the service. Of the host's functions it may call only `wake` and the log.
 static void *listen(void *data) {
   service *it = data;
   pthread_mutex_lock(&it->lock);
@@ -39,7 +39,7 @@ static void *listen(void *data) {
     until.tv_nsec = (long)((at - (double)(time_t)at) * 1e9);
     while (!it->ending && pthread_cond_timedwait(&it->changed, &it->lock, &until) == 0) {}
     if (it->ending) break;
-    if (it->n == ROOM) continue; // nobody takes them: this one is lost
+    if (it->n == ROOM) continue; // the queue is full: discard this tick
     it->queue[(it->first + it->n++) % ROOM] = tick;
     it->host->session->wake(it->session);
   }
@@ -47,7 +47,7 @@ static void *listen(void *data) {
   return NULL;
 }
 
-// Takes the oldest item off the queue. Returns 0 if it is empty.
+// Removes the oldest tick from the queue. Returns 0 if the queue is empty.
 static int take(service *it, int64_t *tick) {
   pthread_mutex_lock(&it->lock);
   int some = it->n > 0;
@@ -74,7 +74,7 @@ static tatu_status TATU_CALL create(void *self, const tatu_instance *given, void
   return tatu_fail(error, TATU_ERR, "cannot start a thread");
 }
 
-// The session ends: the thread must have ended when this returns.
+// Called when the session ends. The thread must have ended when this returns.
 static void TATU_CALL destroy(void *data) {
   service *it = data;
   pthread_mutex_lock(&it->lock);
@@ -87,8 +87,8 @@ static void TATU_CALL destroy(void *data) {
   tatu_delete(it);
 }
 
-// Its turn, between two steps: it never blocks. What it does by commands is in the input log, so that a run can be
-// repeated without it.
+// Runs between two steps, and must never block. Its calls of commands are recorded in the input log, so that a run can
+// be replayed without the service.
 static tatu_status TATU_CALL barrier(void *data, tatu_world *world, uint64_t step, tatu_error *error) {
   service *it = data;
   (void)step;

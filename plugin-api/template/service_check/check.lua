@@ -1,4 +1,4 @@
--- Checks my_plugin: nothing moves before its third tick, and its ticks only grow.
+-- Checks my_plugin: the simulation starts after the third tick, and the number of ticks never decreases.
 local step, last = 0, 3
 
 function sysCall_actuation()
@@ -8,7 +8,7 @@ function sysCall_actuation()
     last = ticks
     if step == 20 then
         print('my_plugin works: ' .. ticks .. ' ticks')
-        sim.stopSimulation() -- a run with a service goes on until it is stopped
+        sim.stopSimulation() -- a run with a service continues until it is stopped
     end
 end
 

@@ -1,4 +1,4 @@
-//! Actuators without a host: the crate's own type, its parameters and commands, and the motion of what it sits on.
+//! Runs actuators without a host, with given parameters and commands and a given motion of the mount.
 
 use std::ptr::null;
 
@@ -9,19 +9,19 @@ use tatu_plugin_api::{
 
 use crate::Result;
 
-/// The motion of the mount of an actuator, and when it acts. All may be left out, `..Motion::default()`: it rests at the
-/// origin, and acts for 10 ms.
+/// The motion of the mount of an actuator, and the time at which it acts. By default the mount is at rest at the
+/// origin, and the output acts for 10 ms.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Motion {
-    /// The mount in the world: x y z (m), quaternion x y z w.
+    /// Pose of the mount in the world: x y z (m), quaternion x y z w.
     pub pose: [f64; 7],
-    /// Its motion: m/s, then rad/s, world.
+    /// Twist of the mount: m/s, then rad/s, world frame.
     pub twist: [f64; 6],
-    /// Position and velocity of the joint that it sits on: rad or m.
+    /// Position (rad or m) and velocity of the joint that the actuator is attached to.
     pub joint: [f64; 2],
-    /// Simulated time, s.
+    /// Simulation time, s.
     pub time: f64,
-    /// How long the output acts, s.
+    /// Duration for which the output acts, s.
     pub dt: f64,
 }
 
@@ -31,38 +31,38 @@ impl Default for Motion {
     }
 }
 
-/// What an actuator did.
+/// The output of an actuator.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Push {
-    /// Force on the mount's origin, N, world.
+    /// Force on the mount's origin, N, world frame.
     pub force: [f64; 3],
-    /// Torque on the mount, N m, world.
+    /// Torque on the mount, N m, world frame.
     pub torque: [f64; 3],
-    /// Torque N m or force N of the joint that it sits on.
+    /// Torque (N m) or force (N) on the joint that the actuator is attached to.
     pub effort: f64,
-    /// What it keeps between calls: `Actuator::STATE` numbers.
+    /// The state after the call: `Actuator::STATE` numbers.
     pub state: Vec<f64>,
 }
 
-/// Makes an actuator with these parameters and commands (of the others the defaults) and lets it act once.
+/// Creates an actuator with these parameters, and calls it once with these commands; others have their defaults.
 ///
 /// # Errors
-/// A parameter or a command does not fit, or the actuator fails.
+/// Fails if a parameter or a command does not fit its declaration, or the actuator fails.
 pub fn act<A: Actuator>(params: &[(&str, Value)], commands: &[(&str, f64)], motion: Motion) -> Result<Push> {
     ActuatorBench::<A>::new(params)?.act(commands, motion)
 }
 
-/// One actuator without a host, for several calls: what it keeps between them is kept.
+/// An actuator without a host, for several calls, between which its state is retained.
 pub struct ActuatorBench<A: Actuator> {
     actuator: A,
     state: Vec<f64>,
 }
 
 impl<A: Actuator> ActuatorBench<A> {
-    /// Makes an actuator with these parameters, of the others the defaults.
+    /// Creates an actuator with these parameters; others have their defaults.
     ///
     /// # Errors
-    /// A parameter does not fit, or the actuator refuses it.
+    /// Fails if a parameter does not fit its declaration, or the actuator rejects it.
     pub fn new(params: &[(&str, Value)]) -> Result<Self> {
         let (declared, host) = (A::params(), Host::without_services());
         let values = Param::fill(&declared, params)?;
@@ -73,15 +73,15 @@ impl<A: Actuator> ActuatorBench<A> {
         Ok(ActuatorBench { actuator, state: vec![0.0; A::STATE] })
     }
 
-    /// The actuator itself.
+    /// Returns the actuator.
     pub fn actuator(&self) -> &A {
         &self.actuator
     }
 
-    /// Lets it act with these commands, of the others the defaults.
+    /// Calls the actuator with these commands; others have their defaults.
     ///
     /// # Errors
-    /// A command does not fit, or the actuator fails.
+    /// Fails if a command does not fit its declaration, or the actuator fails.
     pub fn act(&mut self, commands: &[(&str, f64)], motion: Motion) -> Result<Push> {
         let given: Vec<(&str, Value)> = commands.iter().map(|(key, x)| (*key, Value::Float(*x))).collect();
         let values = Param::fill(&A::commands(), &given)?;
@@ -108,7 +108,8 @@ impl<A: Actuator> ActuatorBench<A> {
             n_fields: 0,
             reserved: 0,
         };
-        // SAFETY: a batch of one, whose arrays live until the end of this function; outputs and state do not go through it.
+        // SAFETY: the batch has one instance, and its arrays live until the end of this function. Its null pointers for
+        // outputs and state are not read by `Drive`.
         let drive = unsafe { Drive::new(&batch, &commands, 0) };
         let mut out =
             Output { force: [0.0; 3], torque: [0.0; 3], effort: 0.0, state: &mut self.state, report: Readout::none() };

@@ -1,22 +1,22 @@
-//! What can go wrong in a test, in words.
+//! Errors of tests.
 
 use std::fmt;
 
 use tatu_plugin_api::safe::Fail;
 
-/// The result of everything that can fail; it makes a test fail that returns it.
+/// The result of functions that can fail. A test may return it, too.
 pub type Result<T = (), E = Error> = std::result::Result<T, E>;
 
-/// What went wrong, where, and what was expected.
+/// An error: a message with what is wrong, where, and what was expected.
 #[derive(Clone, PartialEq)]
 pub struct Error(String);
 
 impl Error {
-    /// An error with this text.
+    /// Creates an error with a message.
     pub fn new(text: impl Into<String>) -> Self {
         Error(text.into())
     }
-    /// The text.
+    /// Returns the message.
     pub fn text(&self) -> &str {
         &self.0
     }
@@ -28,7 +28,7 @@ impl fmt::Display for Error {
     }
 }
 
-// `cargo test` prints what a test returns in this form.
+// `cargo test` prints the error that a test returns with `Debug`.
 impl fmt::Debug for Error {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(&self.0)

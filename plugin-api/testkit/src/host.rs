@@ -1,4 +1,4 @@
-//! The host of tests: opens worlds.
+//! The host of tests, which opens worlds.
 
 use std::{
     ffi::{CString, c_char},
@@ -10,7 +10,7 @@ use tatu_plugin_api::{abi::*, safe::Fail};
 
 use crate::{Error, Result, World, library};
 
-/// The host, with the plugins that its worlds have besides those of the program.
+/// A host of tests, and the plugins that its worlds load in addition to those of the program.
 #[derive(Clone)]
 pub struct Host {
     table: &'static tatu_test_host,
@@ -20,63 +20,64 @@ pub struct Host {
 }
 
 impl Host {
-    /// The host that belongs to an installed or built Tatu. Looked for in this order:
+    /// Finds the host that belongs to an installed or built Tatu. These paths are tried in order:
     ///
     /// 1. the file that the environment variable `TATU_TESTHOST` names;
     /// 2. the library beside the program in the folder that `TATU_HOME` names;
-    /// 3. the one beside the program `tatu` that is found by `PATH`.
+    /// 3. the library beside the program `tatu` that is found in `PATH`.
     ///
     /// # Errors
-    /// There is none; the text tells what to do.
+    /// Fails if there is no host; the message explains how to provide one.
     pub fn find() -> Result<Self> {
         Self::open(&library::host_library()?)
     }
 
-    /// The host in this library.
+    /// Opens the host in a library.
     ///
     /// # Errors
-    /// It cannot be opened, is no host, or is older than this crate.
+    /// Fails if the library cannot be opened, is not a host, or is older than this crate.
     pub fn open(file: &Path) -> Result<Self> {
-        // SAFETY: the library of the host does nothing when it is opened.
+        // SAFETY: the library of the host has no initializers.
         let library = unsafe { Library::new(file) };
         let library = library.map_err(|e| Error::new(format!("cannot open {}: {e}", file.display())))?;
-        // SAFETY: by the contract the symbol is a function of this type.
+        // SAFETY: the contract guarantees that the symbol is a function of this type.
         let get = unsafe { library.get::<tatu_test_host_get_t>(b"tatu_test_host_get\0") };
         let get = get.map_err(|_| Error::new(format!("{} is not the host of Tatu's tests", file.display())))?;
-        // SAFETY: it takes nothing, and gives a constant table or null.
+        // SAFETY: the function has no arguments, and returns a constant table or null.
         let table = unsafe { get().as_ref() };
         let table = table.filter(|t| t.size as usize >= size_of::<tatu_test_host>()).ok_or_else(|| {
             let text = format!("{} is older than this crate", file.display());
             Error::new(text + "\n  help: use the crate `tatu-plugin-testkit` of the same Tatu")
         })?;
-        // The table lies in it.
+        // The table is in the library, which must therefore stay loaded.
         std::mem::forget(library);
         Ok(Host { table, file: file.to_owned(), plugins: Vec::new(), folder: None })
     }
 
-    /// Adds a plugin to its worlds: a library, or a folder with such. See [`plugin!`](crate::plugin).
+    /// Adds a plugin that its worlds load: a library, or a folder with libraries. See [`plugin!`](crate::plugin).
     #[must_use]
     pub fn with_plugin(mut self, path: impl Into<PathBuf>) -> Self {
         self.plugins.push(path.into());
         self
     }
 
-    /// Where the files lie that scenes name; the working folder by default, which under cargo is that of the package.
+    /// Sets the folder to which file names in scenes are relative. By default it is the working folder, which under
+    /// cargo is the folder of the package.
     #[must_use]
     pub fn with_files(mut self, folder: impl Into<PathBuf>) -> Self {
         self.folder = Some(folder.into());
         self
     }
 
-    /// The library of the host.
+    /// Returns the path of the host's library.
     pub fn file(&self) -> &Path {
         &self.file
     }
 
-    /// Opens a scene, given as the text of a scene file, and starts it. It belongs to this thread.
+    /// Opens a scene, given as the text of a scene file, and starts it. The world belongs to the current thread.
     ///
     /// # Errors
-    /// The scene is wrong, or a plugin cannot be loaded.
+    /// Fails if the scene has an error, or a plugin cannot be loaded.
     pub fn scene(&self, text: &str) -> Result<World> {
         let plugins = self.plugins.iter().map(|p| of_path(p)).collect::<Result<Vec<_>>>()?;
         let folder = self.folder.as_deref().map(of_path).transpose()?;
@@ -88,13 +89,13 @@ impl Host {
             folder: folder.as_ref().map_or(std::ptr::null(), |f| f.as_ptr()),
             plugins: list.as_ptr(),
         };
-        let open = self.table.open.ok_or_else(|| Error::from(Fail::unsupported("this host opens no scenes")))?;
-        // SAFETY: a table with texts that live through the call, and a list that ends with null.
+        let open = self.table.open.ok_or_else(|| Error::from(Fail::unsupported("this host cannot open scenes")))?;
+        // SAFETY: the texts of the table live during the call, and the list of plugins ends with null.
         let world = unsafe { open(&raw const setup) };
         match world.is_null() {
-            // SAFETY: the host's own table.
+            // SAFETY: the table belongs to the host.
             true => Err(unsafe { World::last_error(self.table) }),
-            // SAFETY: a world of this table that has just been opened on this thread.
+            // SAFETY: the world belongs to this table, and has just been opened on this thread.
             false => Ok(unsafe { World::new(self.table, world) }),
         }
     }

@@ -1,4 +1,4 @@
-//! What a sensor gets to measure, and what is filled in where a test leaves it out.
+//! Inputs of a measurement, and default values for inputs that a test does not specify.
 
 use tatu_plugin_api::{
     abi::*,
@@ -7,56 +7,56 @@ use tatu_plugin_api::{
 
 use crate::{Error, Random, Result};
 
-/// What one sensor gets. All of it may be left out, `..Inputs::default()`: then no beam meets anything, and the sensor
-/// rests at the origin. Arrays have an element for each beam, or for each pixel of an image, lowest row first.
+/// The inputs of one sensor. By default no beam hits anything, and the sensor is at rest at the origin. Arrays have one
+/// element per beam, or per pixel of an image with the lowest row first; an empty array is filled with default values.
 ///
-/// Points, normals and objects that the kind asks for and a test leaves out follow from the distances of rays: a point
-/// lies that far along its ray, its normal looks back along it, and the object is number 1.
+/// The defaults of points, normals and objects are derived from the distances along rays: a point is at this distance
+/// along its ray, its normal points back along the ray, and the object is number 1.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Inputs {
-    /// Per beam: m; infinity: it meets nothing.
+    /// Per beam: distance, m; infinity: no hit.
     pub distance: Vec<f64>,
-    /// Per beam: m, in the sensor's frame.
+    /// Per beam: point that was hit, m, in the sensor's frame.
     pub point: Vec<[f64; 3]>,
-    /// Per beam: unit vectors in the sensor's frame, towards the sensor.
+    /// Per beam: unit normal of the surface in the sensor's frame, towards the sensor.
     pub normal: Vec<[f64; 3]>,
-    /// Per beam: the object; 0: none.
+    /// Per beam: object that was hit; 0: no hit.
     pub object: Vec<tatu_object>,
     /// Per beam: red, green, blue of the surface.
     pub color: Vec<[u8; 3]>,
-    /// Per beam: which triangle or face of the object.
+    /// Per beam: index of the triangle or face of the object.
     pub primitive: Vec<u32>,
-    /// Per pixel: m along the sensor's +z; infinity: nothing.
+    /// Per pixel: depth along the sensor's +z, m; infinity: no hit.
     pub depth: Vec<f32>,
-    /// Per pixel: red, green, blue as the light falls.
+    /// Per pixel: red, green, blue, shaded.
     pub pixel_color: Vec<[u8; 3]>,
-    /// Per pixel: cosine of the angle between line of sight and normal; 0: nothing.
+    /// Per pixel: cosine of the angle between line of sight and normal; 0: no hit.
     pub pixel_cosine: Vec<f32>,
-    /// Per pixel: the object; 0: none.
+    /// Per pixel: object that was hit; 0: no hit.
     pub pixel_object: Vec<tatu_object>,
-    /// The sensor in the world: x y z (m), quaternion x y z w.
+    /// Pose of the sensor in the world: x y z (m), quaternion x y z w.
     pub pose: [f64; 7],
-    /// Its motion: m/s, then rad/s, world.
+    /// Twist of the sensor: m/s, then rad/s, world frame.
     pub twist: [f64; 6],
-    /// Its acceleration, without gravity: m/s^2, then rad/s^2, world.
+    /// Acceleration of the sensor, without gravity: m/s^2, then rad/s^2, world frame.
     pub acceleration: [f64; 6],
-    /// Position (rad or m), velocity and effort (N m or N) of the joint that it feels.
+    /// Position (rad or m), velocity and effort (N m or N) of the observed joint.
     pub joint: [f64; 3],
-    /// Force (N) and torque (N m) of the force sensor that it feels, in the sensor's frame.
+    /// Force (N) and torque (N m) of the observed force sensor, in the sensor's frame.
     pub wrench: [f64; 6],
-    /// Contacts of the shape that it feels, which is the second one of each.
+    /// Contacts of the observed shape, which is the second one of each.
     pub contacts: Vec<tatu_contact>,
-    /// For each contact, friction on that shape, N, world; none: no friction.
+    /// Per contact: friction on the observed shape, N, world frame; if empty, there is no friction.
     pub frictions: Vec<[f64; 3]>,
-    /// Duration of a step, s. Of a batch the first counts.
+    /// Duration of a step, s. In a batch, the value of the first sensor is used.
     pub dt: f64,
-    /// Gravity, m/s^2, world. Of a batch the first counts.
+    /// Gravity, m/s^2, world frame. In a batch, the value of the first sensor is used.
     pub gravity: [f64; 3],
-    /// Simulated time, s. Of a batch the first counts.
+    /// Simulation time, s. In a batch, the value of the first sensor is used.
     pub time: f64,
-    /// Number of the step, from 0. Of a batch the first counts.
+    /// Number of the step, from 0. In a batch, the value of the first sensor is used.
     pub step: u64,
-    /// Its random numbers.
+    /// Source of the sensor's random numbers.
     pub random: Random,
 }
 
@@ -89,7 +89,7 @@ impl Default for Inputs {
     }
 }
 
-/// How many beams and pixels a sensor has.
+/// Returns the number of beams and of pixels of a sensor.
 pub fn counts(beams: &Beams) -> (usize, usize) {
     match &beams.form {
         Form::None => (0, 0),
@@ -102,17 +102,17 @@ pub fn counts(beams: &Beams) -> (usize, usize) {
 }
 
 impl Inputs {
-    /// The same with all that the kind asks for, in full length; what it does not ask for must not be given. `directions`:
-    /// where rays point.
+    /// Fills all arrays that the kind requests (`asks`, a sum of `TATU_IN_*`) and that are empty. `directions` are
+    /// those of the rays. Fails if an array has the wrong length, or was not requested.
     pub fn completed(mut self, asks: u32, beams: &Beams, directions: &[[f64; 3]]) -> Result<Self> {
         let (n_beams, n_pixels) = counts(beams);
         let n = |input: u32, n: usize| if asks & input != 0 { n } else { 0 };
-        // A volume's one beam points ahead.
+        // The single beam of a volume points along +z.
         let direction = |i: usize| directions.get(i).copied().unwrap_or([0.0, 0.0, 1.0]);
         let met = |d: f64| d.is_finite();
         let unknown = f64::INFINITY;
         let distance = filled("distance", self.distance, n(TATU_IN_DISTANCE, n_beams), |_| unknown)?;
-        // Without distances of its own a kind may ask for points alone.
+        // `distance` is empty if the kind requests only points.
         let far = |i: usize| distance.get(i).copied().unwrap_or(unknown);
         let along = |i: usize| if met(far(i)) { direction(i).map(|x| x * far(i)) } else { [0.0; 3] };
         let back = |i: usize| if met(far(i)) { direction(i).map(|x| 0.0 - x) } else { [0.0; 3] };
@@ -136,15 +136,15 @@ impl Inputs {
     }
 }
 
-/// An array of a length; one that was left out is filled.
+/// Returns `given` if it has `n` elements, or a filled array if it is empty.
 fn filled<T>(name: &str, given: Vec<T>, n: usize, fill: impl Fn(usize) -> T) -> Result<Vec<T>> {
     match given.len() {
         0 => Ok((0..n).map(fill).collect()),
         len if len == n => Ok(given),
         len if n == 0 => Err(Error::new(format!(
-            "the input `{name}` has {len} elements, but the sensor gets none of it\n  expected: the input declared in INPUTS, \
-             and beams for it"
+            "input `{name}` has {len} elements, but the sensor does not receive it\n  expected: the input declared in \
+             INPUTS, and beams for it"
         ))),
-        len => Err(Error::new(format!("the input `{name}` has {len} elements, and the sensor {n} beams or pixels"))),
+        len => Err(Error::new(format!("input `{name}` has {len} elements, but the sensor has {n} beams or pixels"))),
     }
 }

@@ -1,11 +1,11 @@
 //! Tests of plugins in Rust, for `cargo test` in the plugin's own crate.
 //!
-//! Two ways, for two questions:
+//! There are two kinds of tests:
 //!
-//! - *Does the plugin do in a scene what it should?* [`Host`] opens worlds: scenes with the plugin's library, just as
-//!   the program opens it. It needs a built Tatu; see [`Host::find`].
-//! - *Does my sensor compute the right numbers?* [`measure`] feeds a sample to one [`Sensor`], and [`act`] drives one
-//!   [`Actuator`]: no host, no library, no scene, and a debugger sees it all.
+//! - *Does the plugin work in a scene?* [`Host`] opens worlds: scenes with the plugin's library, loaded as the program
+//!   loads it. This requires a built Tatu; see [`Host::find`].
+//! - *Does a device compute the right values?* [`measure`] passes inputs to one [`Sensor`], and [`act`] calls one
+//!   [`Actuator`], without host, library and scene, so that all of it can be debugged in one process.
 //!
 //! ```no_run
 //! use tatu_plugin_testkit::{Host, plugin};
@@ -20,8 +20,8 @@
 //! }
 //! ```
 //!
-//! - `library`: the host's library and that of the plugin; `host`: [`Host`]; `world`: [`World`] and [`Reading`];
-//! - `measuring`: sensors without a host, with `inputs` and `readings`; `acting`: actuators; `random`: numbers for them;
+//! - `library`: paths of the host's and the plugin's library; `host`: [`Host`]; `world`: [`World`] and [`Reading`];
+//! - `measuring`: sensors without a host, with `inputs` and `readings`; `acting`: actuators; `random`: random numbers;
 //! - `error`: [`Error`].
 //!
 //! [`Sensor`]: tatu_plugin_api::safe::Sensor
@@ -48,8 +48,9 @@ pub use readings::Readings;
 pub use tatu_plugin_api::safe::Value;
 pub use world::{Reading, World};
 
-/// The library of the plugin whose tests these are, as a [`Result`] of its path: the `cdylib` of the package, which cargo
-/// has built for its tests in the folder `tests`. A name in brackets is that of another library: `plugin!("tatu_lamp")`.
+/// Returns the path of the library of the plugin under test, as a [`Result`]: the `cdylib` of the package, which cargo
+/// has built for its tests in the folder `tests`. An argument is the name of a different library:
+/// `plugin!("tatu_lamp")`.
 #[macro_export]
 macro_rules! plugin {
     () => {

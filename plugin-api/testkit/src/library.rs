@@ -1,4 +1,4 @@
-//! Where libraries are: that of the host, and that of the plugin under test.
+//! Finds the library of the host, and that of the plugin under test.
 
 use std::{
     env::consts::{DLL_PREFIX, DLL_SUFFIX},
@@ -7,31 +7,32 @@ use std::{
 
 use crate::{Error, Result};
 
-/// The library of a package: the `cdylib` that cargo has built beside the test that runs.
+/// Returns the path of a package's library: the `cdylib` that cargo has built beside the running test.
 ///
 /// # Errors
-/// It is not there: the crate is no `cdylib`, or only unit tests are built.
+/// Fails if there is no such file, because the crate is not a `cdylib`, or only unit tests are built.
 pub fn plugin_library(package: &str) -> Result<PathBuf> {
     let name = format!("{DLL_PREFIX}{}{DLL_SUFFIX}", package.replace('-', "_"));
-    let test = std::env::current_exe().map_err(|e| Error::new(format!("where this test lies is unknown: {e}")))?;
-    // target/debug/deps/<test>, where the library is, or above it.
+    let test = std::env::current_exe().map_err(|e| Error::new(format!("the path of this test is unknown: {e}")))?;
+    // The test is in target/debug/deps; the library is there, or in target/debug.
     let folders = test.ancestors().skip(1).take(2);
     folders.map(|f| f.join(&name)).find(|file| file.is_file()).ok_or_else(|| {
         Error::new(format!(
-            "{name} is not beside {}\n  expected: `crate-type = [\"cdylib\", \"rlib\"]` below [lib] in Cargo.toml, and the \
-             test in the folder `tests`: cargo builds the library for these only\n  help: where [lib] has a `name`, give it: \
-             plugin!(\"tatu_lamp\")",
+            "{name} is not beside {}\n  expected: `crate-type = [\"cdylib\", \"rlib\"]` below [lib] in Cargo.toml, and \
+             the test in the folder `tests`: cargo builds the library for these only\n  help: if [lib] has a `name`, \
+             pass it: plugin!(\"tatu_lamp\")",
             test.display()
         ))
     })
 }
 
-/// The library of the host: what TATU_TESTHOST says, else the one that belongs to the program in TATU_HOME or PATH.
+/// Returns the path of the host's library: TATU_TESTHOST or, without it, the library of the program in TATU_HOME or
+/// PATH.
 pub fn host_library() -> Result<PathBuf> {
     if let Some(file) = std::env::var_os("TATU_TESTHOST").map(PathBuf::from) {
         return match file.is_file() {
             true => Ok(file),
-            false => Err(Error::new(format!("TATU_TESTHOST names {}, which is no file", file.display()))),
+            false => Err(Error::new(format!("TATU_TESTHOST names {}, which is not a file", file.display()))),
         };
     }
     if let Some(home) = std::env::var_os("TATU_HOME").map(PathBuf::from) {
@@ -49,12 +50,12 @@ pub fn host_library() -> Result<PathBuf> {
              `tatu plugin test` does so itself",
         )
     })?;
-    // What stands in PATH may be a link.
+    // The program in PATH may be a link.
     let real = folder.join(&program).canonicalize().ok().and_then(|p| p.parent().map(Path::to_owned));
     let found = beside(&folder).or_else(|| beside(&real?));
     found.ok_or_else(|| {
         let text = format!("the Tatu in {} has no {} beside it", folder.display(), host_name());
-        Error::new(text + "\n  help: build or install it whole; the library comes with the program")
+        Error::new(text + "\n  help: build or install all of Tatu; the library is part of it")
     })
 }
 
@@ -62,8 +63,8 @@ fn host_name() -> String {
     format!("{DLL_PREFIX}tatuhost{DLL_SUFFIX}")
 }
 
-/// The library of the host that belongs to a program in a folder: beside it, where cargo puts it, or where installations
-/// have it.
+/// Returns the host's library of a program in `folder`: beside the program, where cargo builds it, or in the library
+/// folder of an installation.
 fn beside(folder: &Path) -> Option<PathBuf> {
     let places = ["", "deps", "../lib/tatu", "bin", "lib/tatu"];
     places.iter().map(|place| folder.join(place).join(host_name())).find(|file| file.is_file())

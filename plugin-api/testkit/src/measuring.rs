@@ -1,4 +1,4 @@
-//! Sensors without a host: the crate's own type, its parameters, and what its beams are said to have met.
+//! Measures with sensors without a host, with given parameters and inputs.
 
 use std::{ffi::c_void, ptr::null};
 
@@ -9,25 +9,25 @@ use tatu_plugin_api::{
 
 use crate::{Inputs, Readings, Result, inputs::counts, random};
 
-/// Makes a sensor with these parameters (of the others the defaults) and lets it measure once.
+/// Creates a sensor with these parameters, and measures once; other parameters have their defaults.
 ///
 /// # Errors
-/// A parameter or an input does not fit, or the sensor fails.
+/// Fails if a parameter or an input does not fit its declaration, or the sensor fails.
 pub fn measure<S: Sensor>(params: &[(&str, Value)], inputs: Inputs) -> Result<Readings> {
     SensorBench::<S>::new(params)?.measure(inputs)
 }
 
-/// The same for several sensors of one kind and the same parameters, which measure in one batch as they do in a scene.
+/// Like [`measure`], for several sensors with the same parameters, which are measured in one batch, as in a scene.
 ///
 /// # Errors
-/// As [`measure`].
+/// Fails like [`measure`].
 pub fn measure_all<S: Sensor>(params: &[(&str, Value)], inputs: Vec<Inputs>) -> Result<Vec<Readings>> {
     let made: Result<Vec<_>> = inputs.iter().map(|_| SensorBench::<S>::new(params)).collect();
     let mut benches = made?;
     batch(&mut benches.iter_mut().collect::<Vec<_>>(), inputs)
 }
 
-/// One sensor without a host, for several measurements: what it keeps between them is kept.
+/// A sensor without a host, for several measurements, between which its state is retained.
 pub struct SensorBench<S: Sensor> {
     sensor: S,
     values: Vec<Value>,
@@ -35,24 +35,25 @@ pub struct SensorBench<S: Sensor> {
 }
 
 impl<S: Sensor> SensorBench<S> {
-    /// Makes a sensor with these parameters, of the others the defaults.
+    /// Creates a sensor with these parameters; others have their defaults.
     ///
     /// # Errors
-    /// A parameter does not fit, or the sensor refuses it.
+    /// Fails if a parameter does not fit its declaration, or the sensor rejects it.
     pub fn new(params: &[(&str, Value)]) -> Result<Self> {
         let values = Param::fill(&S::params(), params)?;
         Ok(SensorBench { sensor: create(&values)?, values, state: vec![0.0; S::STATE] })
     }
 
-    /// The sensor itself.
+    /// Returns the sensor.
     pub fn sensor(&self) -> &S {
         &self.sensor
     }
 
-    /// Changes a parameter, as a script would: the sensor takes it, or is made anew if it says so. Its state stays.
+    /// Changes a parameter, as a script would: the sensor applies it, or is recreated if it requests this. Its state is
+    /// retained.
     ///
     /// # Errors
-    /// There is no such parameter, or the sensor refuses it.
+    /// Fails if there is no such parameter, or the sensor rejects the value.
     pub fn set(&mut self, key: &str, value: impl Into<Value>) -> Result {
         let declared = S::params();
         let mut given: Vec<(&str, Value)> = declared
@@ -73,10 +74,10 @@ impl<S: Sensor> SensorBench<S> {
         Ok(())
     }
 
-    /// Lets it measure.
+    /// Measures once.
     ///
     /// # Errors
-    /// An input does not fit, or the sensor fails.
+    /// Fails if an input does not fit its declaration, or the sensor fails.
     pub fn measure(&mut self, inputs: Inputs) -> Result<Readings> {
         let all = batch(&mut [self], vec![inputs])?;
         all.into_iter().next().ok_or_else(|| crate::Error::new("nothing was measured"))
@@ -90,12 +91,12 @@ fn create<S: Sensor>(values: &[Value]) -> Result<S> {
     Ok(S::create(&World::nowhere(&host), instance, &Params::new(&owned.values(values), &declared))?)
 }
 
-/// What one sensor of a batch gets and gives.
+/// Inputs and outputs of one sensor of a batch.
 struct Part {
     inputs: Inputs,
     readings: Readings,
     rays: Vec<[f64; 6]>,
-    /// Beams and pixels.
+    /// Numbers of beams and of pixels.
     counts: (usize, usize),
 }
 
@@ -114,14 +115,14 @@ impl Part {
     }
 }
 
-/// Lets a sensor aim its rays, before anything has been met.
+/// Calls [`Sensor::aim`] for one sensor.
 fn aim<S: Sensor>(sensor: &S, inputs: &Inputs, rays: &mut [[f64; 6]]) -> Result {
     let sources = [inputs.random.clone()];
     let random = random::table(&sources);
     let raw = tatu_sensor_batch { random: &raw const random, ..empty(1, inputs) };
     let (sensor_id, pose, twist) = ([1u64], inputs.pose, inputs.twist);
     let raw = tatu_sensor_batch { sensor: sensor_id.as_ptr(), pose: pose.as_ptr(), twist: twist.as_ptr(), ..raw };
-    // SAFETY: a batch of one, whose arrays live through the call; it has no beams yet.
+    // SAFETY: the batch has one instance and no beams, and its arrays live during the call.
     let sample = unsafe { Sample::new(&raw, 0) };
     Ok(sensor.aim(&sample.before_the_cast(), rays)?)
 }
@@ -135,7 +136,7 @@ fn batch<S: Sensor>(benches: &mut [&mut SensorBench<S>], inputs: Vec<Inputs>) ->
     }
     let Some(first) = parts.first() else { return Ok(Vec::new()) };
     let raw = empty(parts.len(), &first.inputs);
-    // All arrays of the batch; they live until its end.
+    // The batch points to these arrays, which must live as long.
     let sensors: Vec<tatu_object> = (1..=parts.len() as u64).collect();
     let (beams, pixels) = (ends(parts.iter().map(|p| p.counts.0)), ends(parts.iter().map(|p| p.counts.1)));
     let contacts = ends(parts.iter().map(|p| p.inputs.contacts.len()));
@@ -179,9 +180,9 @@ fn batch<S: Sensor>(benches: &mut [&mut SensorBench<S>], inputs: Vec<Inputs>) ->
         ..raw
     };
     for (i, bench) in benches.iter().enumerate() {
-        // SAFETY: the arrays above are as the header says: those that the kind asks for have an element for each beam or
-        // pixel, the others are null. They live until the end of this function and are used by nobody else; each instance
-        // has its fields and its block of state.
+        // SAFETY: the arrays above are as the header requires: those that the kind requests have an element per beam or
+        // pixel, the others are null. They live until the end of this function, and nothing else uses them; each
+        // instance has its own fields and state block.
         let (sample, mut out) = unsafe { (Sample::new(&raw, i), Readout::new(&raw, i, &fields, S::STATE)) };
         bench.sensor.measure(&sample, &mut out)?;
     }
@@ -193,7 +194,7 @@ fn batch<S: Sensor>(benches: &mut [&mut SensorBench<S>], inputs: Vec<Inputs>) ->
     done.collect()
 }
 
-/// The arrays of a batch, one part behind the other.
+/// The arrays of a batch, which are the concatenated arrays of its parts.
 struct Arrays {
     distance: Vec<f64>,
     point: Vec<[f64; 3]>,
@@ -241,19 +242,19 @@ impl Arrays {
     }
 }
 
-/// The first element; null where there is none: the kind does not ask for it.
+/// Returns a pointer to the first element, or null if the array is empty because the kind does not request it.
 fn pointer<T>(all: &[T]) -> *const T {
     if all.is_empty() { null() } else { all.as_ptr() }
 }
 
-/// Where each part begins, and the end of the last.
+/// Returns the start offset of each part, followed by the end of the last one.
 fn ends(lengths: impl Iterator<Item = usize>) -> Vec<u64> {
     let mut out = vec![0];
     lengths.for_each(|n| out.push(out.last().copied().unwrap_or(0) + n as u64));
     out
 }
 
-/// A batch of `n` sensors without any array.
+/// Returns a batch of `n` sensors in which all arrays are null.
 fn empty(n: usize, inputs: &Inputs) -> tatu_sensor_batch {
     tatu_sensor_batch {
         size: size_of::<tatu_sensor_batch>() as u32,

@@ -2,20 +2,20 @@
 
 use tatu_plugin_api::abi::tatu_random;
 
-/// Where a sensor's random numbers come from. As in a host, a number depends on its index, not on what was drawn before.
+/// The source of a sensor's random numbers. As in a host, a number depends on its index, not on earlier requests.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub enum Random {
-    /// None: normal numbers are 0, uniform ones 0.5. What is measured is then exact.
+    /// No randomness: normally distributed numbers are 0, and uniform ones 0.5, so that readings are exact.
     #[default]
     Still,
-    /// Numbers that follow from this seed, the same in each run; not those that a host would give.
+    /// Numbers that depend on this seed, the same in every run, but different from those of a host.
     Seed(u64),
-    /// These, by index, from the beginning again after the last; for uniform numbers they lie in [0, 1).
+    /// These numbers, by index modulo their count; for uniform numbers they must be in [0, 1).
     Fixed(Vec<f64>),
 }
 
 impl Random {
-    /// A uniform number in [0, 1).
+    /// Returns a uniform number in [0, 1).
     fn uniform(&self, index: u64) -> f64 {
         match self {
             Random::Still => 0.5,
@@ -24,11 +24,11 @@ impl Random {
         }
     }
 
-    /// A normally distributed number: mean 0, standard deviation 1.
+    /// Returns a normally distributed number with mean 0 and standard deviation 1.
     fn normal(&self, index: u64) -> f64 {
         match self {
             Random::Still => 0.0,
-            // Box and Muller, from two numbers of the same index.
+            // Box-Muller transform of two uniform numbers with the same index.
             Random::Seed(seed) => {
                 let radius = (1.0 - self.uniform(index)).ln() * -2.0;
                 let turn = Random::Seed(mixed(*seed)).uniform(index) * std::f64::consts::TAU;
@@ -46,7 +46,7 @@ impl Random {
     }
 }
 
-/// SplitMix64.
+/// Returns one step of the SplitMix64 generator.
 fn mixed(x: u64) -> u64 {
     let x = x.wrapping_add(0x9E37_79B9_7F4A_7C15);
     let x = (x ^ (x >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
@@ -54,7 +54,7 @@ fn mixed(x: u64) -> u64 {
     x ^ (x >> 31)
 }
 
-/// The table of a batch whose instances draw from these; it is not to be used for longer than they live.
+/// Returns the table for a batch whose instances have these sources. It must not be used after `sources` is dropped.
 pub fn table(sources: &[Random]) -> tatu_random {
     tatu_random {
         size: size_of::<tatu_random>() as u32,
@@ -66,19 +66,20 @@ pub fn table(sources: &[Random]) -> tatu_random {
 }
 
 unsafe extern "C" fn uniform(random: *const tatu_random, i: u32, first: u64, n: u64, out: *mut f64) {
-    // SAFETY: what `fill` asks for is what the caller promises.
+    // SAFETY: the caller guarantees what `fill` requires.
     unsafe { fill(random, i, first, n, out, Random::uniform) }
 }
 
 unsafe extern "C" fn normal(random: *const tatu_random, i: u32, first: u64, n: u64, out: *mut f64) {
-    // SAFETY: what `fill` asks for is what the caller promises.
+    // SAFETY: the caller guarantees what `fill` requires.
     unsafe { fill(random, i, first, n, out, Random::normal) }
 }
 
 /// # Safety
-/// `random` is a table of [`table`] whose sources live and have an instance `i`; `out` has room for `n`.
+/// `random` must be made by [`table`] from sources that are alive and have an index `i`; `out` must have room for `n`
+/// numbers.
 unsafe fn fill(random: *const tatu_random, i: u32, first: u64, n: u64, out: *mut f64, get: fn(&Random, u64) -> f64) {
-    // SAFETY: the caller promises it.
+    // SAFETY: the caller guarantees that the sources are alive and have an index `i`, and that `out` has room.
     unsafe {
         let source = &*(*random).ctx.cast::<Random>().add(i as usize);
         for k in 0..n {
@@ -97,7 +98,7 @@ mod tests {
         let n = numbers.len() as f64;
         let mean = numbers.iter().sum::<f64>() / n;
         let variance = numbers.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / n;
-        // Four standard errors of each.
+        // The tolerances are four standard errors.
         assert!(mean.abs() < 4.0 / n.sqrt() && (variance - 1.0).abs() < 4.0 * (2.0 / n).sqrt(), "{mean} {variance}");
         assert!((0..1000).all(|i| (0.0..1.0).contains(&Random::Seed(1).uniform(i))));
     }

@@ -1,4 +1,4 @@
-//! What a sensor without a host has measured.
+//! Readings of sensors without a host.
 
 use std::ffi::c_void;
 
@@ -13,7 +13,7 @@ use crate::{Error, Result, inputs::counts};
 #[derive(Debug, Clone)]
 pub struct Readings {
     fields: Vec<Buffer>,
-    /// What the sensor keeps between measurements: `Sensor::STATE` numbers.
+    /// State after the measurement: `Sensor::STATE` numbers.
     pub state: Vec<f64>,
 }
 
@@ -27,7 +27,7 @@ struct Buffer {
 }
 
 impl Readings {
-    /// Fields of zeros, as many as the sensor's beams ask for.
+    /// Creates zeroed fields, whose sizes depend on the sensor's beams.
     pub(crate) fn empty(fields: &[Field], beams: &Beams) -> Result<Self> {
         let buffer = |f: &Field| {
             let len = f.shape().iter().map(|d| elements(*d, beams)).product();
@@ -37,13 +37,13 @@ impl Readings {
         Ok(Readings { fields: fields.iter().map(buffer).collect::<Result<_>>()?, state: Vec::new() })
     }
 
-    /// Where each field lies, and how many elements it has.
+    /// Returns the address and the number of elements of each field.
     pub(crate) fn places(&mut self) -> (Vec<*mut c_void>, Vec<u64>) {
         let place = |b: &mut Buffer| b.words.as_mut_ptr().cast();
         (self.fields.iter_mut().map(place).collect(), self.fields.iter().map(|b| b.len).collect())
     }
 
-    /// As the host checks: no field may hold what is no number.
+    /// Returns an error if a field holds NaN, as the host does.
     pub(crate) fn checked(self) -> Result<Self> {
         match self.fields.iter().find(|b| b.numbers().iter().any(|x| x.is_nan())) {
             Some(b) => Err(Error::new(format!("the sensor broke the contract: its field `{}` holds NaN", b.name))),
@@ -58,35 +58,35 @@ impl Readings {
         })
     }
 
-    /// All numbers of a field, of whatever type.
+    /// Returns all numbers of a field of any element type.
     ///
     /// # Errors
-    /// There is no such field.
+    /// Fails if there is no such field.
     pub fn f64s(&self, field: &str) -> Result<Vec<f64>> {
         self.buffer(field).map(Buffer::numbers)
     }
 
-    /// The number of a field that has one.
+    /// Returns the number of a field with one element.
     ///
     /// # Errors
-    /// There is no such field, or it has another count of numbers.
+    /// Fails if there is no such field, or its number of elements is not 1.
     pub fn f64(&self, field: &str) -> Result<f64> {
         match self.f64s(field)?.as_slice() {
             [one] => Ok(*one),
             all => {
-                Err(Error::new(format!("`{field}` has {} numbers, not one\n  help: `f64s` gives them all", all.len())))
+                Err(Error::new(format!("`{field}` has {} numbers, but expected one\n  help: use `f64s`", all.len())))
             }
         }
     }
 
-    /// The objects of a field.
+    /// Returns the objects of a field.
     ///
     /// # Errors
-    /// There is no such field, or it holds something else.
+    /// Fails if there is no such field, or its elements are not objects.
     pub fn objects(&self, field: &str) -> Result<Vec<tatu_object>> {
         match self.buffer(field)? {
             Buffer { elem: TATU_ELEM_OBJECT, words, .. } => Ok(words.clone()),
-            _ => Err(Error::new(format!("`{field}` holds no objects"))),
+            _ => Err(Error::new(format!("`{field}` is not a field of objects"))),
         }
     }
 }
@@ -106,7 +106,7 @@ impl Buffer {
     }
 }
 
-/// Bytes of an element.
+/// Returns the size of an element, bytes.
 fn size(elem: u32) -> Option<u64> {
     match elem {
         TATU_ELEM_F64 | TATU_ELEM_OBJECT => Some(8),
@@ -117,7 +117,7 @@ fn size(elem: u32) -> Option<u64> {
     }
 }
 
-/// The length of one axis of a field.
+/// Returns the number of elements along one dimension of a field.
 fn elements(dim: u32, beams: &Beams) -> u64 {
     let image = match &beams.form {
         Form::Image { columns, rows, .. } | Form::Parallel { columns, rows, .. } => [*rows, *columns],

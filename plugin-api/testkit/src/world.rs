@@ -1,4 +1,4 @@
-//! A world that a test has opened, and what its sensors measured.
+//! A world that a test has opened, and readings of its sensors.
 
 use std::{ffi::CString, marker::PhantomData};
 
@@ -9,16 +9,16 @@ use tatu_plugin_api::{
 
 use crate::{Error, Result};
 
-/// A scene that runs, step by step. It belongs to the thread that opened it, and ends when it is dropped.
+/// A running scene. It belongs to the thread that opened it, and is closed when it is dropped.
 pub struct World {
     table: &'static tatu_test_host,
-    /// Null once it is closed.
+    /// Null once the world is closed.
     raw: *mut tatu_test_world,
-    /// Of one thread.
+    /// Makes the type neither `Send` nor `Sync`.
     thread: PhantomData<*mut ()>,
 }
 
-/// A function of the host, or an error if it lacks that.
+/// Returns a function of the host's table; returns an error from the caller if the host lacks the function.
 macro_rules! host {
     ($world:ident . $function:ident) => {
         $world.table.$function.ok_or_else(|| Error::new(concat!("this host has no ", stringify!($function))))?
@@ -27,70 +27,70 @@ macro_rules! host {
 
 impl World {
     /// # Safety
-    /// A world that is open on this thread, of this table, and nobody else's.
+    /// `raw` must be a world that `table` has opened on this thread, and that nothing else uses.
     pub(crate) unsafe fn new(table: &'static tatu_test_host, raw: *mut tatu_test_world) -> Self {
         World { table, raw, thread: PhantomData }
     }
 
-    /// Why the last call on this thread failed.
+    /// Returns the error of the last call on this thread that failed.
     ///
     /// # Safety
-    /// The host's own table.
+    /// `table` must belong to the host.
     pub(crate) unsafe fn last_error(table: &tatu_test_host) -> Error {
-        let Some(last) = table.last_error else { return Error::new("the host failed without a reason") };
-        // SAFETY: the host's text, which lives until the next call and is copied at once.
+        let Some(last) = table.last_error else { return Error::new("the host failed without an error message") };
+        // SAFETY: the text of the host lives until the next call, and is copied at once.
         Error::new(unsafe { Lent::new(last()) }.text())
     }
 
     fn check(&self, status: tatu_status) -> Result {
-        // SAFETY: the host's own table.
+        // SAFETY: `self.table` belongs to the host.
         if status >= 0 { Ok(()) } else { Err(unsafe { Self::last_error(self.table) }) }
     }
 
-    /// A value that the host wrote.
+    /// Copies a value that the host wrote.
     fn value(&self, status: tatu_status, raw: tatu_value) -> Result<Value> {
         self.check(status)?;
-        // SAFETY: it lives until the next call with this world, and is copied at once.
+        // SAFETY: the value's memory is valid until the next call with this world, and is copied at once.
         Ok(unsafe { ValueRef::new(raw) }.to_value()?)
     }
 
-    /// Does `n` steps. Faults of scripts and plugins do not stop it: see [`World::faults`].
+    /// Runs `n` steps. Faults of scripts and plugins do not stop the world; see [`World::faults`].
     ///
     /// # Errors
-    /// Something asked for a stop.
+    /// Fails if a script or plugin has requested a stop.
     pub fn step(&self, n: u64) -> Result {
         let step = host!(self.step);
         // SAFETY: a world that is open.
         self.check(unsafe { step(self.raw, n) })
     }
 
-    /// Simulated time, s.
+    /// Returns the simulation time, s.
     pub fn time(&self) -> f64 {
         // SAFETY: a world that is open.
         self.table.time.map_or(0.0, |time| unsafe { time(self.raw) })
     }
 
-    /// What a sensor measured last, by its path or unique name.
+    /// Returns the last reading of a sensor, by its path or unique name.
     ///
     /// # Errors
-    /// There is no such sensor.
+    /// Fails if there is no such sensor.
     pub fn reading(&self, path: &str) -> Result<Reading> {
         let (reading, name) = (host!(self.reading), text(path)?);
         let mut out = ValueRef::NIL.raw();
-        // SAFETY: a world that is open, a text, and a place for the value.
+        // SAFETY: the world is open, the text lives during the call, and the value can be written.
         let status = unsafe { reading(self.raw, name.as_ptr(), &raw mut out) };
         Reading::of(path, &self.value(status, out)?)
     }
 
-    /// A property of an object: "position", "joint.position", a parameter such as "lamp.range", a command of an actuator.
-    /// An empty path is the world: "scene.gravity".
+    /// Returns a property of an object: "position", "joint.position", a parameter such as "lamp.range", or a command of
+    /// an actuator. An empty path is the world: "scene.gravity".
     ///
     /// # Errors
-    /// There is no such object or property.
+    /// Fails if there is no such object or property.
     pub fn get(&self, path: &str, key: &str) -> Result<Value> {
         let (get, path, key) = (host!(self.get), text(path)?, text(key)?);
         let mut out = ValueRef::NIL.raw();
-        // SAFETY: a world that is open, two texts, and a place for the value.
+        // SAFETY: the world is open, the texts live during the call, and the value can be written.
         let status = unsafe { get(self.raw, path.as_ptr(), key.as_ptr(), &raw mut out) };
         self.value(status, out)
     }
@@ -98,19 +98,19 @@ impl World {
     /// Sets a property, as a script would.
     ///
     /// # Errors
-    /// There is no such object or property, or it does not take the value.
+    /// Fails if there is no such object or property, or the property does not accept the value.
     pub fn set(&self, path: &str, key: &str, value: impl Into<Value>) -> Result {
         let (set, path, key) = (host!(self.set), text(path)?, text(key)?);
         let mut room = Owned::default();
         let value = room.raw(&value.into());
-        // SAFETY: a world that is open, two texts, and a value, which live through the call.
+        // SAFETY: the world is open; the texts and the value live during the call.
         self.check(unsafe { set(self.raw, path.as_ptr(), key.as_ptr(), &raw const value) })
     }
 
-    /// Calls a command of any plugin; its results.
+    /// Calls a command of any plugin; returns its results.
     ///
     /// # Errors
-    /// There is no such command, or it failed: its own sentence.
+    /// Fails if there is no such command, or with the command's own error.
     pub fn call(&self, name: &str, args: &[Value]) -> Result<Vec<Value>> {
         let (call, name) = (host!(self.call), text(name)?);
         let mut room = Owned::default();
@@ -118,33 +118,34 @@ impl World {
         let (mut results, mut n) = ([ValueRef::NIL.raw(); 64], 0);
         let (count, cap) = (args.len() as u32, results.len() as u32);
         let (args, out) = (args.as_ptr(), results.as_mut_ptr());
-        // SAFETY: a world that is open, a text, and arrays of as many values as stated, which live through the call.
+        // SAFETY: the world is open; the text and the arrays, of the stated lengths, live during the call.
         self.check(unsafe { call(self.raw, name.as_ptr(), args, count, out, cap, &raw mut n) })?;
-        // SAFETY: as many as were written; they live until the next call with this world, and are copied at once.
+        // SAFETY: the host has written so many values, which are valid until the next call with this world; they are
+        // copied at once.
         let results = unsafe { ValueRef::slice(results.as_ptr(), n.min(cap) as usize) };
         Ok(results.iter().map(|v| v.to_value()).collect::<Result<_, _>>()?)
     }
 
-    /// What has been logged since the last call, a line each.
+    /// Returns the messages logged since the last call.
     pub fn lines(&self) -> Vec<String> {
-        // SAFETY: a world that is open; the text lives until the next call with it.
+        // SAFETY: the world is open, and the text lives until the next call with it.
         self.table.lines.map_or(Vec::new(), |lines| lines_of(unsafe { Lent::new(lines(self.raw)) }))
     }
 
-    /// What has gone wrong since the last call, a line each. What is not asked for makes [`World::close`] fail.
+    /// Returns the faults since the last call. Faults that have not been read make [`World::close`] fail.
     pub fn faults(&self) -> Vec<String> {
-        // SAFETY: a world that is open; the text lives until the next call with it.
+        // SAFETY: the world is open, and the text lives until the next call with it.
         self.table.faults.map_or(Vec::new(), |faults| lines_of(unsafe { Lent::new(faults(self.raw)) }))
     }
 
-    /// Stops it and ends it. A test ends with this: dropping it does the same, and keeps silent.
+    /// Stops and closes the world. A test should end with this, because dropping the world ignores errors.
     ///
     /// # Errors
-    /// Something went wrong, in the end of scripts and plugins or before.
+    /// Fails if a fault occurs while scripts and plugins end, or has occurred before and has not been read.
     pub fn close(mut self) -> Result {
         let raw = std::mem::replace(&mut self.raw, std::ptr::null_mut());
         let close = host!(self.close);
-        // SAFETY: a world that is open, and given back once.
+        // SAFETY: the world is open, and is closed only once, because `self.raw` is null now.
         self.check(unsafe { close(raw) })
     }
 }
@@ -152,21 +153,21 @@ impl World {
 impl Drop for World {
     fn drop(&mut self) {
         if let Some(close) = self.table.close {
-            // SAFETY: null, or a world that is open, and given back once.
+            // SAFETY: `self.raw` is null or an open world, and is not used afterwards.
             unsafe { close(self.raw) };
         }
     }
 }
 
 fn text(text: &str) -> Result<CString> {
-    CString::new(text).map_err(|_| Error::new(format!("`{}` has a 0 within", text.escape_debug())))
+    CString::new(text).map_err(|_| Error::new(format!("`{}` must not contain a NUL character", text.escape_debug())))
 }
 
 fn lines_of(text: Lent<'_>) -> Vec<String> {
     text.text().lines().map(str::to_owned).collect()
 }
 
-/// What a sensor measured last.
+/// A reading of a sensor.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Reading {
     path: String,
@@ -178,7 +179,7 @@ pub struct Reading {
 
 impl Reading {
     fn of(path: &str, map: &Value) -> Result<Self> {
-        let wrong = || Error::new(format!("the host gave no reading of {path}"));
+        let wrong = || Error::new(format!("the host returned no reading of {path}"));
         let Value::Map(entries) = map else { return Err(wrong()) };
         let mut out = Reading { path: path.into(), kind: String::new(), time: 0.0, sequence: 0, fields: Vec::new() };
         for (key, value) in entries {
@@ -195,23 +196,23 @@ impl Reading {
         Ok(out)
     }
 
-    /// When it measured, s.
+    /// Returns the simulation time of the measurement, s.
     pub fn time(&self) -> f64 {
         self.time
     }
-    /// How often it has measured; 0: never.
+    /// Returns how often the sensor has been measured; 0: never.
     pub fn sequence(&self) -> u64 {
         self.sequence.unsigned_abs()
     }
-    /// The names of its fields.
+    /// Returns the names of the fields.
     pub fn names(&self) -> Vec<&str> {
         self.fields.iter().map(|(name, _)| name.as_str()).collect()
     }
 
-    /// All numbers of a field, of whatever type.
+    /// Returns all numbers of a field of any element type.
     ///
     /// # Errors
-    /// There is no such field, or the sensor has not measured yet.
+    /// Fails if there is no such field, or the sensor has not been measured yet.
     pub fn f64s(&self, field: &str) -> Result<Vec<f64>> {
         let Some((_, value)) = self.fields.iter().find(|(name, _)| name == field) else {
             let (path, kind, known) = (&self.path, &self.kind, self.names().join(", "));
@@ -219,25 +220,25 @@ impl Reading {
             return Err(Error::new(text));
         };
         if self.sequence == 0 {
-            return Err(Error::new(format!("the sensor {} has not measured yet\n  help: do a step first", self.path)));
+            return Err(Error::new(format!("the sensor {} has not measured yet\n  help: run a step first", self.path)));
         }
         match value {
             Value::Floats(all) => Ok(all.clone()),
             Value::Ints(all) => Ok(all.iter().map(|i| *i as f64).collect()),
-            _ => Err(Error::new(format!("the field `{field}` holds no numbers"))),
+            _ => Err(Error::new(format!("the field `{field}` is not numeric"))),
         }
     }
 
-    /// The number of a field that has one.
+    /// Returns the number of a field with one element.
     ///
     /// # Errors
-    /// As [`Reading::f64s`]; or the field has another count of numbers.
+    /// Fails like [`Reading::f64s`], or if the number of elements is not 1.
     pub fn f64(&self, field: &str) -> Result<f64> {
         match self.f64s(field)?.as_slice() {
             [one] => Ok(*one),
             all => {
-                let text = format!("{}: `{field}` has {} numbers, not one", self.path, all.len());
-                Err(Error::new(text + "\n  help: `f64s` gives them all"))
+                let text = format!("{}: `{field}` has {} numbers, but expected one", self.path, all.len());
+                Err(Error::new(text + "\n  help: use `f64s`"))
             }
         }
     }

@@ -14,7 +14,7 @@ impl Plugin for Nothing {
     fn offer(_: &mut Offer<Self>) {}
 }
 
-/// An image of `columns` by 2 pixels: its depths, and the mean of each row. With `own`, as many zeros more.
+/// An image of `columns` by 2 pixels. Its fields are the depths, the mean of each row, and `own` zeros.
 struct Eye {
     columns: u32,
     own: u32,
@@ -68,7 +68,7 @@ fn images_have_rows_and_columns() {
     assert_eq!(reading.f64s("eye.mean").unwrap(), [2.0, 5.0]);
     assert_eq!(reading.f64s("eye.own").unwrap(), [0.0; 5]);
     assert_eq!(reading.objects("eye.seen").unwrap(), [1; 6]);
-    // Two of one batch, of which one sees nothing.
+    // A batch of two sensors, one of which has no hits.
     let both = measure_all::<Eye>(&[], vec![Inputs::default(), inputs]).unwrap();
     assert_eq!(both[0].objects("eye.seen").unwrap(), [0; 6]);
     assert_eq!(both[1].f64s("eye.mean").unwrap(), [2.0, 5.0]);
@@ -78,16 +78,16 @@ fn images_have_rows_and_columns() {
 fn what_does_not_fit_is_refused() {
     let told = |params: &[(&str, Value)], inputs: Inputs| measure::<Eye>(params, inputs).unwrap_err().to_string();
     let short = Inputs { depth: vec![1.0], ..Inputs::default() };
-    assert!(told(&[], short).contains("`depth` has 1 elements, and the sensor 6"));
+    assert!(told(&[], short).contains("`depth` has 1 elements, but the sensor has 6"));
     let foreign = Inputs { twist: [0.0; 6], distance: vec![1.0], ..Inputs::default() };
-    assert!(told(&[], foreign).contains("`distance` has 1 elements, but the sensor gets none"));
+    assert!(told(&[], foreign).contains("`distance` has 1 elements, but the sensor does not receive it"));
     assert!(told(&[("colums", 2.into())], Inputs::default()).contains("no parameter `colums`; declared: columns, own"));
     assert!(told(&[("columns", 200.into())], Inputs::default()).contains("200 is not within 1 to 100"));
     assert!(told(&[("columns", "x".into())], Inputs::default()).contains("expected an integer, found a text"));
     let endless = Inputs { depth: vec![f32::NAN; 6], ..Inputs::default() };
     assert!(told(&[], endless).contains("`eye.depth` holds NaN"));
     let reading = measure::<Eye>(&[], Inputs::default()).unwrap();
-    assert!(reading.f64("eye.depth").unwrap_err().to_string().contains("6 numbers, not one"));
+    assert!(reading.f64("eye.depth").unwrap_err().to_string().contains("6 numbers, but expected one"));
     assert!(reading.f64("eye.dept").unwrap_err().to_string().contains("expected: one of eye.depth"));
 }
 
@@ -98,7 +98,7 @@ fn a_change_that_rebuilds_makes_a_new_sensor() {
     assert_eq!(eye.measure(Inputs::default()).unwrap().f64s("eye.depth").unwrap().len(), 2);
 }
 
-/// A ray that looks aside by a random angle, and counts how often it has.
+/// A sensor with a ray that is turned by a random angle, and a counter of measurements.
 struct Jitter;
 
 fields! {
@@ -123,7 +123,7 @@ impl Sensor for Jitter {
         Self::declared_fields()
     }
     fn create(world: &SharedWorld<'_>, _: Instance, _: &Params<'_>) -> Result<Self> {
-        // There is no world to look at.
+        // Without a host, functions of the world fail.
         assert!(world.pose(1, 0).is_err());
         Ok(Jitter)
     }
@@ -154,7 +154,7 @@ fn rays_are_aimed_and_state_is_kept() {
     let aside = Inputs { random: Random::Fixed(vec![std::f64::consts::FRAC_PI_6]), ..ahead };
     let reading = jitter.measure(aside).unwrap();
     let point = reading.f64s("jitter.point").unwrap();
-    // sin and cos of 30 degrees.
+    // The components are the sine and the cosine of 30 degrees, times the distance.
     assert!((point[0] - 1.0).abs() < 1e-12 && (point[2] - f64::sqrt(3.0)).abs() < 1e-12, "{point:?}");
     assert_eq!((reading.f64("jitter.count").unwrap(), reading.state.as_slice()), (2.0, [2.0].as_slice()));
 }

@@ -1,4 +1,4 @@
-//! Arguments, values and texts live as long as the call that gave them.
+//! Arguments, values and texts must not outlive the call to which they were passed.
 use tatu_plugin_api::safe::*;
 
 struct Mine;

@@ -1,4 +1,4 @@
-//! A command that runs side by side with others cannot change the scene.
+//! A command that may run in parallel with others cannot change the scene.
 use tatu_plugin_api::safe::*;
 
 struct Mine;

@@ -1,4 +1,4 @@
-//! Worlds on several threads call a command's function: it cannot hold what belongs to one thread.
+//! Worlds on several threads call a command's function, so it must not capture state that belongs to one thread.
 use tatu_plugin_api::safe::*;
 
 struct Mine;

@@ -1,4 +1,4 @@
-//! A command that runs side by side with others has no instance: that belongs to the world's own thread.
+//! A command that may run in parallel with others has no instance, because the instance belongs to the world's thread.
 use tatu_plugin_api::safe::*;
 
 struct Mine;

@@ -1,4 +1,4 @@
-//! Scripts that run side by side are sent to other threads.
+//! Scripts that run in parallel are sent to other threads, so their state must be `Send`.
 use tatu_plugin_api::safe::*;
 
 struct Mine;

@@ -1,4 +1,4 @@
-//! What the host gives lives as long as the call that it was given to.
+//! A property that the host returns must not outlive the call in which it was read.
 use tatu_plugin_api::safe::*;
 
 struct Mine;

@@ -1,4 +1,4 @@
-//! What a sensor sees lives as long as its measure, and a world that it was made with as long as that.
+//! A sample must not outlive the call of `measure`, and the world must not outlive the call of `create`.
 use tatu_plugin_api::safe::*;
 
 struct Mine;

@@ -1,4 +1,4 @@
-//! Sensors are measured on several threads.
+//! Sensors are measured on several threads, so their state must be `Sync`.
 use tatu_plugin_api::safe::*;
 
 struct Mine;

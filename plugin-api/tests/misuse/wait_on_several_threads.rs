@@ -1,4 +1,4 @@
-//! A command that runs side by side with others cannot wait.
+//! A command that may run in parallel with others cannot wait.
 use tatu_plugin_api::safe::*;
 
 struct Mine;

@@ -1,4 +1,4 @@
-//! Threads of a service put down what came in and wake the session; only its turns reach a world.
+//! Threads of a service must not access a world: they queue requests and wake the session.
 use tatu_plugin_api::safe::*;
 
 struct Mine;

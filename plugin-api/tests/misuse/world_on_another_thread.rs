@@ -1,4 +1,4 @@
-//! A world belongs to one thread.
+//! A world belongs to one thread, and cannot be sent to another.
 use tatu_plugin_api::safe::*;
 
 struct Mine;

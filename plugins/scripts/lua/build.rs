@@ -15,7 +15,7 @@ use std::{
     process::Command,
 };
 
-/// The version of `lua-src` in Cargo.toml, and the folder in it.
+/// The version of `lua-src`, as in Cargo.toml; below, the folder of Lua's sources in it.
 const LUA_SRC: &str = "=551.0.2";
 const LUA: &str = "lua-5.4.9";
 const OURS: &str = "src/lua_internals.c";
@@ -24,7 +24,7 @@ const HEADERS: [&str; 2] = ["src/lua_math.h", "src/lua_charges.h"];
 
 fn main() -> Result<(), Box<dyn Error>> {
     println!("cargo::rerun-if-changed=build.rs");
-    // A test reads scripts that are not part of the repository; without them it counts as ignored.
+    // A test reads scripts that are not part of the repository; without them, it is ignored.
     println!("cargo::rustc-check-cfg=cfg(no_shared)");
     let shared = Path::new("../../../../shared/seeds/scripts");
     if shared.is_dir() {
@@ -62,7 +62,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         .define("STRCACHE_N", "1")
         .define("STRCACHE_M", "1")
         .define("strspn", "tatu_lua_strspn")
-        // Fused multiply-add would give different results on processors that have it.
+        // Fused multiply-add would produce different results on processors that support it.
         .flag_if_supported("-ffp-contract=off")
         .flag_if_supported("-fno-common");
     for header in HEADERS {
@@ -73,7 +73,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// Copies Lua's files with the charges added; returns the folder of the copy.
+/// Copies Lua's files, adding the charges; returns the folder of the copy.
 fn changed(lua: &Path) -> Result<PathBuf, Box<dyn Error>> {
     let folder = Path::new(&env::var("OUT_DIR")?).join("lua");
     fs::create_dir_all(&folder)?;
@@ -83,7 +83,7 @@ fn changed(lua: &Path) -> Result<PathBuf, Box<dyn Error>> {
         let mut text = fs::read_to_string(&path)?;
         for (_, before, after) in charges::CHARGES.iter().filter(|(file, ..)| *file == name) {
             if text.matches(before).count() != 1 {
-                return Err(format!("expected exactly once in {name} of {LUA}: {before:?}").into());
+                return Err(format!("{name} of {LUA} must contain exactly once: {before:?}").into());
             }
             text = text.replace(before, after);
         }
@@ -92,8 +92,8 @@ fn changed(lua: &Path) -> Result<PathBuf, Box<dyn Error>> {
     Ok(folder)
 }
 
-/// Returns the folder of `lua-src`. It runs cargo on a package that depends on nothing else: without a network
-/// connection, cargo could not resolve the whole workspace, because some of its dependencies need not be present.
+/// Returns the folder of `lua-src`, as reported by cargo for a package without any other dependency: without a network
+/// connection, cargo might be unable to resolve the whole workspace, because some of its dependencies may be missing.
 fn sources() -> Result<PathBuf, Box<dyn Error>> {
     let package = Path::new(&env::var("OUT_DIR")?).join("find-lua");
     fs::create_dir_all(package.join("src"))?;
@@ -111,5 +111,5 @@ fn sources() -> Result<PathBuf, Box<dyn Error>> {
     let packages = answer["packages"].as_array().into_iter().flatten();
     let manifest = packages.filter(|p| p["name"] == "lua-src").find_map(|p| p["manifest_path"].as_str());
     let folder = manifest.and_then(|m| Path::new(m).parent());
-    Ok(folder.ok_or_else(|| format!("cargo does not say where lua-src {LUA_SRC} is"))?.to_owned())
+    Ok(folder.ok_or_else(|| format!("the output of cargo does not contain the path of lua-src {LUA_SRC}"))?.to_owned())
 }

@@ -1,6 +1,6 @@
 //! Embeds the page and its libraries, so that the program needs neither Node nor a network. npm fetches the libraries
-//! into cargo's folder for this build, in the versions that `page/package-lock.json` pins. Without them the program is
-//! built all the same, and its page says what is missing.
+//! into cargo's output folder of this build, in the versions that `page/package-lock.json` pins. If they are missing,
+//! the program is built nevertheless, and its page reports what is missing.
 
 use std::{
     env, fs, io,
@@ -49,19 +49,19 @@ fn kind(path: &Path) -> Option<&'static str> {
 /// The variable that switches npm off, and its value.
 const SWITCH: &str = "TATU_PAGE_NPM";
 const OFF: &str = "off";
-/// Each file is tried once and not for long, because the build waits.
+/// Arguments of npm. Each file is requested only once and with a short timeout, because the build waits.
 const NPM: &[&str] =
     &["ci", "--ignore-scripts", "--no-audit", "--no-fund", "--fetch-retries=0", "--fetch-timeout=10000"];
-/// The files that npm reads.
+/// The files that `npm ci` reads.
 const LOCK: &str = "package-lock.json";
 const PACKAGE: &str = "package.json";
-/// A copy of the lock, written once all that it names is installed.
+/// A copy of the lock file, written when everything in it has been installed.
 const INSTALLED: &str = "installed-lock.json";
-/// An npm that fails within this time is tried again in every build.
+/// If npm fails within this time, it is started again in every build.
 const QUICK: Duration = Duration::from_secs(5);
 
-/// Returns the folder with the libraries, installing them if necessary, or `None` if there are none; a warning then says
-/// why.
+/// Returns the folder with the libraries, installing them if necessary, or `None` after a warning if they are not
+/// available.
 fn libraries(page: &Path, out: &Path) -> Option<PathBuf> {
     println!("cargo::rerun-if-env-changed={SWITCH}");
     let folder = out.join("page");
@@ -84,10 +84,10 @@ fn libraries(page: &Path, out: &Path) -> Option<PathBuf> {
             fs::write(folder.join(INSTALLED), lock).expect("the copy of the lock");
             return Some(modules);
         }
-        Ok(()) => warn("npm has installed other files than build.rs names", "correct LIBRARIES there"),
+        Ok(()) => warn("npm has installed other files than those in build.rs", "correct LIBRARIES there"),
         Err(e) if e.kind() == io::ErrorKind::NotFound => {
-            warn("there is no npm", "install it (Debian: `apt-get install npm`), and build again");
-            // A folder of commands changes when npm is installed there.
+            warn("npm was not found", "install it (Debian: `apt-get install npm`), and build again");
+            // Installing npm changes one of the folders in PATH, and so triggers another build.
             let path = env::var_os("PATH").unwrap_or_default();
             for commands in env::split_paths(&path).filter(|p| p.is_absolute() && p.is_dir()) {
                 println!("cargo::rerun-if-changed={}", commands.display());
@@ -95,7 +95,7 @@ fn libraries(page: &Path, out: &Path) -> Option<PathBuf> {
         }
         Err(e) if began.elapsed() < QUICK => {
             warn(&format!("`npm ci` has failed: {e}"), "correct this, and build again");
-            // Cargo runs this program in every build while a file that it names does not exist.
+            // Cargo runs this script in every build as long as a file that it names does not exist.
             println!("cargo::rerun-if-changed={}", folder.join(INSTALLED).display());
         }
         Err(e) => warn(&format!("`npm ci` has failed: {e}"), &format!("correct this, and build with {SWITCH}=again")),
@@ -107,10 +107,10 @@ fn warn(why: &str, help: &str) {
     println!("cargo::warning=the program is built without its page, whose libraries are missing: {why}; {help}");
 }
 
-/// Runs npm in a folder of its own. The error is that of starting npm, or the first line that npm has printed.
+/// Runs npm in a separate folder. The error is that of starting npm, or npm's first message.
 fn install(page: &Path, folder: &Path) -> io::Result<()> {
     fs::create_dir_all(folder)?;
-    // What an earlier build has installed may soon be incomplete.
+    // From here on, the libraries of an earlier build may be incomplete.
     match fs::remove_file(folder.join(INSTALLED)) {
         Err(e) if e.kind() != io::ErrorKind::NotFound => return Err(e),
         _ => {}
@@ -124,7 +124,7 @@ fn install(page: &Path, folder: &Path) -> io::Result<()> {
         return Ok(());
     }
     let text = String::from_utf8_lossy(&out.stderr);
-    // The first lines only name the call of the system.
+    // The first lines only describe the failed system call.
     let details = ["code ", "errno ", "syscall ", "path "];
     let is_said = |line: &&str| !line.is_empty() && !details.iter().any(|word| line.starts_with(word));
     let mut lines = text.lines().filter_map(|line| line.strip_prefix("npm error ")).filter(is_said);
@@ -132,8 +132,8 @@ fn install(page: &Path, folder: &Path) -> io::Result<()> {
 }
 
 fn main() {
-    let root = PathBuf::from(env::var_os("CARGO_MANIFEST_DIR").expect("cargo tells the folder")).join("page");
-    let out = PathBuf::from(env::var_os("OUT_DIR").expect("cargo tells the folder"));
+    let root = PathBuf::from(env::var_os("CARGO_MANIFEST_DIR").expect("cargo sets the folder")).join("page");
+    let out = PathBuf::from(env::var_os("OUT_DIR").expect("cargo sets the folder"));
     let mut entries: Vec<(String, &'static str, PathBuf)> = Vec::new();
     let mut imports = Map::new();
     let mut names: Vec<PathBuf> = fs::read_dir(&root).expect("the page").flatten().map(|e| e.path()).collect();
@@ -157,7 +157,7 @@ fn main() {
         }
     }
     let whole = modules.is_some();
-    // For the build of the program, whose tests of the page in a browser need the libraries.
+    // For the build script of the program: its browser tests of the page need the libraries.
     println!("cargo::metadata=whole={whole}");
     let axe = modules.map(|modules| modules.join("axe-core/axe.min.js")).filter(|file| file.is_file());
     println!("cargo::metadata=axe={}", axe.unwrap_or_default().display());

@@ -1,4 +1,4 @@
-//! Which function is to misbehave, and how.
+//! Selects the function that misbehaves, and how.
 
 use std::{ffi::c_void, time::Duration};
 
@@ -53,7 +53,7 @@ impl Plan {
         eprintln!("misbehaving in {function}: {how:?}");
     }
 
-    /// Misbehaves if this function is to: fails, panics, hangs, or returns the result of `nonsense`.
+    /// Misbehaves if this function is selected: fails, panics, hangs, or returns the result of `nonsense`.
     pub fn act<T>(&self, function: &str, nonsense: impl FnOnce() -> Result<T>) -> Result<Option<T>> {
         let Some(how) = self.ways(function) else { return Ok(None) };
         self.tell(function, how);

@@ -103,7 +103,7 @@ fn it_is_paused_and_goes_on_step_by_step() {
     let session = ["--interactive", "--trace", "t.jsonl", "--log", "run.log"];
     let mut played = Played::start(&place, &[&ARGS[..], &session].concat());
     played.until("step");
-    // A key pressed while time stands still is delivered in the next step.
+    // A key pressed while the simulation is paused is delivered in the next step.
     played.press(F5);
     played.until("suspended");
     played.press(b"a");

@@ -19,7 +19,7 @@ fn a_lock_tells_what_has_changed() {
         assert!(lock.contains(part), "{part}: {lock}");
     }
     assert_eq!(place.tatu(&["lock", "scene.toml", "--check"]).good().out, "scene.toml: all as locked\n");
-    // What changes is named; what a plugin's file holds counts, too.
+    // Changes are reported by name, including changed contents of a plugin's file.
     place.write("models/crate/model.toml", &MODEL.replace("A box.", "A crate."));
     let folder = lock.split("[[plugin]]").find(|p| p.contains("tatu.models.folder")).unwrap();
     place.write("scene.lock", &lock.replace(folder, &folder.replace("version = \"", "version = \"9")));
@@ -31,7 +31,11 @@ fn a_lock_tells_what_has_changed() {
         assert!(done.out.contains(line), "{line}: {}", done.out);
     }
     place.write("scene.lock", "plugin = 1\n");
-    place.tatu(&["lock", "scene.toml", "--check"]).refused(&["E100", "scene.lock", "`plugin` is no list of tables"]);
+    place.tatu(&["lock", "scene.toml", "--check"]).refused(&[
+        "E100",
+        "scene.lock",
+        "`plugin` is not an array of tables",
+    ]);
 }
 
 #[cfg(unix)]
@@ -60,7 +64,7 @@ fn a_scene_tells_which_plugin_it_needs() {
     scene("[\"org.author.imu >= 1.2\"]").refused(&["E104", "`org.author.imu`, which is not loaded", "scene.toml:"]);
     scene("[\"tatu.sensor.imo\"]").refused(&["E104", "did you mean `tatu.sensor.imu`?"]);
     scene("[\"tatu.sensor.imu >= 7.2\"]").refused(&["E104", "needs `tatu.sensor.imu >= 7.2`", "version 0.1.0 of it"]);
-    scene("[\"tatu.sensor.imu >= new\"]").refused(&["E102", "`tatu.sensor.imu >= new` is not a need"]);
+    scene("[\"tatu.sensor.imu >= new\"]").refused(&["E102", "`tatu.sensor.imu >= new` is not a required plugin"]);
     scene("\"tatu.sensor.imu\"").refused(&["E102", "not a list of plugins"]);
     scene("[3]").refused(&["E102", "not a list of plugins"]);
 }

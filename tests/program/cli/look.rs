@@ -33,7 +33,7 @@ impl Picture {
         let [r, g, b] = self.at(column, row).map(i32::from);
         r > 100 && r > 2 * g && r > 2 * b
     }
-    /// Returns whether there are at least so many colours.
+    /// Returns whether the picture has at least this number of colours.
     fn is_colorful(&self, least: usize) -> bool {
         let mut all: Vec<&[u8]> = self.rgb.chunks_exact(3).collect();
         all.sort_unstable();

@@ -1,4 +1,4 @@
-//! `tatu sweep`: rows, shards, what is continued and what is left alone.
+//! Tests of `tatu sweep`: rows, shards, continuing a sweep, and files that are not overwritten.
 
 use std::{collections::BTreeSet, fs};
 
@@ -44,7 +44,7 @@ fn a_file_of_rows_is_continued_and_any_other_is_left_alone() {
     assert_eq!(to("rows.jsonl").code, 0);
     let file = place.path().join("rows.jsonl");
     let whole = fs::read_to_string(&file).unwrap();
-    // A run that was ended in the middle of its last row.
+    // A sweep that was killed while it wrote its last row.
     fs::write(&file, &whole[..whole.len() - 20]).unwrap();
     let again = to("rows.jsonl");
     assert!(again.code == 0 && again.err.contains("3 of 4 jobs are done already"), "{}", again.err);

@@ -74,7 +74,7 @@ pub fn run(program: &Path, dir: &Path, args: &[&str], env: &[(&str, &str)]) -> D
     command.current_dir(dir).args(args).env_remove("TATU_PLUGIN_PATH").timeout(Duration::from_secs(300));
     // Scenes of tests may load plugins next to them.
     command.env("TATU_TRUST", dir);
-    // What whoever runs the tests has installed is none of theirs.
+    // Plugins installed by the user who runs the tests must not be found.
     command.env("XDG_DATA_HOME", dir.join(".data"));
     for (key, value) in env {
         command.env(key, value);
@@ -278,7 +278,7 @@ pub fn succeed(command: &mut Command) -> String {
     text(&output.stdout)
 }
 
-/// Copies a folder, with all below it.
+/// Copies a folder recursively.
 pub fn copy(from: &Path, to: &Path) {
     fs::create_dir_all(to).unwrap();
     for entry in fs::read_dir(from).unwrap().map(Result::unwrap) {
@@ -290,7 +290,7 @@ pub fn copy(from: &Path, to: &Path) {
     }
 }
 
-/// The C headers below a folder: `tatu.h`, then its parts, in order of names. Revisions before the division have no parts.
+/// Returns the C headers below a folder: `tatu.h`, then its parts in order of their names; old revisions have no parts.
 pub fn headers(include: &Path) -> Vec<PathBuf> {
     let mut parts: Vec<PathBuf> =
         fs::read_dir(include.join("tatu")).into_iter().flatten().map(|e| e.unwrap().path()).collect();
@@ -300,12 +300,12 @@ pub fn headers(include: &Path) -> Vec<PathBuf> {
     parts
 }
 
-/// Their text, one after the other.
+/// Returns the text of the headers, concatenated.
 pub fn header_text(include: &Path) -> String {
     headers(include).iter().map(|p| fs::read_to_string(p).unwrap()).collect()
 }
 
-/// Writes them to another folder, each with a change.
+/// Writes the headers to another folder, with a change to each.
 pub fn changed_headers(to: &Path, change: impl Fn(String) -> String) {
     let include = root().join("plugin-api/include");
     fs::create_dir_all(to.join("tatu")).unwrap();

@@ -21,7 +21,7 @@ pub struct Page {
     _folder: tempfile::TempDir,
 }
 
-/// Returns the browser of this machine.
+/// Returns the path of this machine's browser.
 pub fn browser() -> PathBuf {
     let names = ["chromium", "chromium-browser", "google-chrome"];
     let path = std::env::var_os("PATH").unwrap_or_default();
@@ -137,7 +137,7 @@ impl Page {
         self.send("Input.dispatchMouseEvent", params);
     }
 
-    /// Clicks at a place with the mouse; `clicks` in a row.
+    /// Clicks at a position with the mouse, `clicks` times in a row.
     pub fn click_at(&mut self, at: [f64; 2], clicks: u32) {
         self.mouse("mouseMoved", at, 0, false);
         for n in 1..=clicks {
@@ -152,7 +152,7 @@ impl Page {
         self.click_at(at, 1);
     }
 
-    /// Presses the mouse at a place and moves it to another one, in steps; it stays pressed.
+    /// Presses the mouse button at a position and moves the mouse to another one, in steps; the button stays pressed.
     pub fn drag(&mut self, from: [f64; 2], to: [f64; 2], shift: bool) {
         const STEPS: u32 = 12;
         self.mouse("mouseMoved", from, 0, shift);
@@ -169,7 +169,7 @@ impl Page {
         self.send("Input.insertText", json!({ "text": text }));
     }
 
-    /// Presses a key down, or lets it go; `modifiers`: 2 for Ctrl, 8 for Shift.
+    /// Presses or releases a key; `modifiers`: 2 for Ctrl, 8 for Shift.
     pub fn key_event(&mut self, kind: &str, key: &str, code: u32, modifiers: u32) {
         let params =
             json!({ "type": kind, "key": key, "code": key, "windowsVirtualKeyCode": code, "modifiers": modifiers });
@@ -183,7 +183,7 @@ impl Page {
         }
     }
 
-    /// Presses Enter as a person does: buttons react to it.
+    /// Presses Enter including its text, as a keyboard does, so that buttons react.
     pub fn press_enter(&mut self) {
         let key = json!({ "key": "Enter", "code": "Enter", "windowsVirtualKeyCode": 13, "text": "\r" });
         for kind in ["keyDown", "keyUp"] {
@@ -193,7 +193,7 @@ impl Page {
         }
     }
 
-    /// Chooses files in a field for files.
+    /// Chooses files in a file input.
     pub fn choose_files(&mut self, selector: &str, files: &[PathBuf]) {
         let found =
             self.send("Runtime.evaluate", json!({ "expression": format!("document.querySelector({selector:?})") }));

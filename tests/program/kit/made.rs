@@ -101,7 +101,7 @@ pub fn compile(place: &Place, name: &str, source: &str) {
     compile_with(place, name, source, &[]);
 }
 
-/// The same with more arguments of the compiler, which stand behind the source.
+/// Like [`compile`], with further arguments of the compiler after the source.
 pub fn compile_with(place: &Place, name: &str, source: &str, more: &[&str]) {
     place.write(&format!("mine/{name}.c"), source);
     let file = place.path().join("mine").join(library(&format!("tatu_{name}")));

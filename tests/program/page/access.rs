@@ -1,4 +1,4 @@
-//! Tests of who is let in, and of what each client may do.
+//! Tests of access control: which clients may connect, and what each client may do.
 
 use std::{
     io::Write,
@@ -118,8 +118,8 @@ fn the_gallery_has_plain_files_only() {
     assert!(files.iter().all(|f| f["about"] == "A ball" && f["picture"].is_null()), "{files:?}");
 }
 
-/// No program gets the token as an argument: a browser is started with a file that only its owner can read, and that is
-/// removed once the page has connected.
+/// The token is never an argument of a program: the browser is started with a file that only its owner can read, and
+/// which is removed once the page has connected.
 #[cfg(unix)]
 #[test]
 fn a_browser_is_started_without_the_token() {

@@ -1,5 +1,4 @@
-//! Tests that the page can be used by everybody: what a screen reader is told, and the rules of WCAG as far as a program can
-//! check them.
+//! Tests of accessibility: what screen readers are told, and the rules of WCAG as far as a program can check them.
 
 use serde_json::{Value, json};
 
@@ -10,7 +9,7 @@ use crate::kit::*;
 const SCENE: &str = "[[object]]\nkind = \"shape\"\nalias = \"floor\"\nprimitive = \"plane\"\nrespondable = true\n\
     [[object]]\nkind = \"shape\"\nalias = \"block\"\nsize_m = [0.2, 0.2, 0.2]\nposition_m = [0.0, 0.0, 0.1]\n";
 
-/// Checks what is shown against the rules of WCAG 2.2, levels A and AA, that axe-core knows.
+/// Checks the visible page against the rules of WCAG 2.2, levels A and AA, that axe-core implements.
 fn check(shown: &mut Shown, what: &str) {
     let found = shown
         .page
@@ -58,7 +57,7 @@ fn no_panel_breaks_a_rule_of_wcag() {
     }
 }
 
-/// Chromium tells a screen reader the tree with its items, and which one is active.
+/// Chromium exposes the tree, its items and the active item to screen readers.
 #[test]
 #[cfg_attr(no_browser, ignore = "needs Chromium, and npm at the build")]
 fn a_screen_reader_hears_the_tree() {

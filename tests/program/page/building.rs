@@ -29,7 +29,7 @@ fn a_new_scene_is_built_by_drags_and_clicks_and_saved() {
     shown.page.until("!document.getElementById('dialog').open");
     shown.page.click_on("#new");
     shown.until("of('floor') !== undefined && store.scene.file.endsWith('untitled.toml') && view.drawn > 1");
-    // An entry is dragged into the view, where it stands on the floor.
+    // An entry is dragged into the view, and placed on the floor.
     shown.page.click_on("#add");
     shown.page.until("document.querySelectorAll('#items .entry').length > 20");
     for kind in ["box", "wall", "revolute", "proximity", "dummy", "pioneer_p3dx"] {
@@ -42,7 +42,7 @@ fn a_new_scene_is_built_by_drags_and_clicks_and_saved() {
     shown.until("of('box') !== undefined && store.selected() === of('box').id");
     shown.until("get('box', 'object.position').then((p) => Math.abs(p[2] - 0.1) < 1e-3)");
     shown.until("get('box', 'shape.dynamic')");
-    // Another one is clicked, and stands on the box that it is placed on by a click; a third one is given up.
+    // A second entry is clicked, and placed by a click on the box; a third one is cancelled.
     shown.page.click_on("#items [data-item=sphere]");
     shown.page.key("Escape", 27);
     shown.page.click_at(view, 1);
@@ -51,7 +51,7 @@ fn a_new_scene_is_built_by_drags_and_clicks_and_saved() {
     shown.page.click_at(top, 1);
     shown.until("of('cylinder') !== undefined && of('sphere') === undefined");
     shown.until("get('cylinder', 'object.position').then((p) => Math.abs(p[2] - 0.35) < 2e-3)");
-    // By keys: at the middle of the view.
+    // Placed by keys, at the middle of the view.
     shown.page.js("(() => { const s = document.getElementById('find-item'); s.value = 'pioneer_p3dx'; s.oninput(); document.querySelector('#items [data-item=pioneer_p3dx]').focus(); })()");
     shown.page.press_enter();
     shown.until("of('Pioneer_p3dx') !== undefined && store.selected() === of('Pioneer_p3dx').id");
@@ -80,7 +80,7 @@ fn twenty_edits_are_undone_and_done_again() {
     let at = shown.pixel("left", [0.0, 0.0, 0.2]);
     shown.page.click_at(at, 1);
     shown.until("store.selected() === of('left').id");
-    // Deleted, brought back, copied, and copied again: twenty edits.
+    // Delete, undo, copy, and copy again: twenty edits.
     shown.page.key("Delete", 46);
     shown.until("of('left') === undefined");
     shown.ctrl("z", 90);
@@ -103,7 +103,7 @@ fn twenty_edits_are_undone_and_done_again() {
         shown.until(&count(n));
     }
     shown.until("!document.getElementById('unsaved').hidden && document.getElementById('redo').disabled");
-    // While it runs, nothing is undone, and the button says why.
+    // While the simulation is running, undo is disabled, and the button explains why.
     shown.page.click_on("#play");
     shown.page.until("document.getElementById('undo').title.includes('not while the simulation runs')");
     assert_eq!(shown.page.js("document.getElementById('undo').disabled"), true);
@@ -119,7 +119,7 @@ fn objects_are_copied_renamed_and_attached() {
     let at = shown.pixel("left", [0.0, 0.0, 0.2]);
     shown.page.click_at(at, 1);
     shown.until("store.selected() === of('left').id");
-    // Pasted where the pointer is on the ground.
+    // Pasted at the position of the pointer on the ground.
     shown.ctrl("c", 67);
     let there = shown.pixel("floor", [-0.2, -0.8, 0.0]);
     shown.page.mouse("mouseMoved", there, 0, false);
@@ -133,7 +133,7 @@ fn objects_are_copied_renamed_and_attached() {
     shown.page.key("Enter", 13);
     shown.until("of('mug') !== undefined");
     shown.page.until("document.getElementById('undo').title === 'Undo Rename left to mug (Ctrl+Z)'");
-    // Attached by a drag in the tree, where it is, and to the world again.
+    // Attached by a drag in the tree without moving, and attached to the world again.
     let (mug, right) = (shown.row("mug"), shown.row("right"));
     let (from, to) = (shown.page.middle(&mug), shown.page.middle(&right));
     shown.page.drag(from, to, false);
@@ -148,7 +148,7 @@ fn objects_are_copied_renamed_and_attached() {
     shown.page.drag(from, empty, false);
     shown.page.mouse("mouseReleased", empty, 1, false);
     shown.until("of('mug').parent === 0");
-    // A box around all three, which are then aligned.
+    // A selection box around all three objects, which are then aligned.
     let corners = shown.page.js("(() => { const b = document.getElementById('view').getBoundingClientRect(); \
          return [b.left + 5, b.top + 60, b.right - 5, b.bottom - 5]; })()");
     let [x, y, right, bottom] = [0, 1, 2, 3].map(|i| corners[i].as_f64().unwrap());
@@ -180,7 +180,7 @@ fn a_click_selects_the_model_and_a_second_one_its_part() {
     shown.until("store.selected() === of('Pioneer_p3dx').id");
     shown.page.key("Escape", 27);
     shown.until("store.selected() === 0");
-    // The menu of the tree adds a script, and takes it back.
+    // The menu of the tree adds a script, and undo removes it.
     let row = shown.row("floor");
     let at = shown.page.middle(&row);
     shown.page.click_at(at, 1);
@@ -233,7 +233,7 @@ fn two_objects_are_assembled_and_new_ones_snap_to_the_grid() {
     shown.until("get('right', 'object.world_pose').then((p) => Math.abs(p[0] - 0.5) < 1e-6)");
     shown.ctrl("z", 90);
     shown.until("of('right').parent === 0");
-    // What is placed snaps to the grid.
+    // Placed objects snap to the grid.
     shown.page.js("(() => { const s = document.getElementById('snap-length'); s.value = '0.5'; s.dispatchEvent(new Event('change')); })()");
     shown.page.click_on("#add");
     shown.page.until("document.querySelector('#items [data-item=box]') !== null");

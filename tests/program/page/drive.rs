@@ -1,4 +1,4 @@
-//! What tests in a browser share: a scene on a page, and questions to both.
+//! Helpers of tests in a browser: a scene shown by a page, and functions that query both.
 
 use serde_json::Value;
 
@@ -8,7 +8,7 @@ use crate::{
     kit::*,
 };
 
-/// A scene that the program serves, and the page that shows it.
+/// A program that serves a scene, and the page that shows the scene.
 pub struct Shown {
     pub page: Page,
     pub served: Served,
@@ -16,11 +16,11 @@ pub struct Shown {
 }
 
 impl Shown {
-    /// Shows a scene, which follows the line `[scene]`.
+    /// Shows a scene, whose text begins within the table `[scene]`.
     pub fn new(scene: &str) -> Shown {
         Shown::of(Place::scene(scene), &["open", "scene.toml", "--no-browser"])
     }
-    /// Shows what the program opens in a folder.
+    /// Starts the program in a folder, and shows the scene that it opens.
     pub fn of(place: Place, args: &[&str]) -> Shown {
         let served = Served::new(place.path(), args);
         let mut page = Page::open(&browser(), &served.url);
@@ -32,11 +32,11 @@ impl Shown {
     pub fn ask(&mut self, expression: &str) -> Value {
         self.page.js(&asking(expression))
     }
-    /// Waits until such an expression is true. The camera is at x = 3 until it has been put before the scene.
+    /// Waits until such an expression is true. The camera is at x = 3 until it has been moved to the scene.
     pub fn until(&mut self, expression: &str) {
         self.page.until(&asking(expression));
     }
-    /// Returns where a point is on the page, given in the frame of an object.
+    /// Returns the position on the page of a point in the frame of an object.
     // The camera moves to a new scene in the frame after it.
     pub fn pixel(&mut self, alias: &str, point: [f64; 3]) -> [f64; 2] {
         let found = self.ask(&format!(
@@ -49,7 +49,7 @@ impl Shown {
         ));
         [0, 1].map(|i| found[i].as_f64().unwrap())
     }
-    /// Chooses a button of the dialog that asks something.
+    /// Presses a button of the open dialog.
     pub fn answer(&mut self, name: &str) {
         let button =
             format!("[...document.querySelectorAll('dialog.question button')].find((b) => b.value === {name:?})");
@@ -68,11 +68,11 @@ impl Shown {
     pub fn row(&mut self, alias: &str) -> String {
         format!("#tree [data-id='{}']", self.ask(&format!("of({alias:?}).id")))
     }
-    /// Returns the folder that the program runs in.
+    /// Returns the working folder of the program.
     pub fn folder(&self) -> &std::path::Path {
         self.place.path()
     }
-    /// Checks that nothing went wrong in the page.
+    /// Checks that the page reported no errors.
     pub fn end(self) {
         assert!(self.page.wrong.is_empty(), "{:#?}", self.page.wrong);
     }

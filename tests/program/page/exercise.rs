@@ -1,4 +1,4 @@
-//! Tests of exercises, from a teacher who writes one in the page to a student who hands it in, in a browser.
+//! Tests of exercises in a browser, from a teacher who writes one to a student who hands it in.
 
 use std::process::Command;
 
@@ -7,7 +7,7 @@ use serde_json::Value;
 use super::drive::Shown;
 use crate::kit::*;
 
-/// A robot of a box on rails, whose script a student writes, and a flag.
+/// A robot, which is a box on rails with a script for the student, and a flag.
 const SCENE: &str = "[[object]]\nkind = \"shape\"\nalias = \"Robot\"\nsize_m = [0.2, 0.2, 0.2]\nposition_m = [0.0, 0.0, 0.1]\n\
     script = { text = \"function sysCall_actuation()\\nend\" }\n\
     [[object]]\nkind = \"dummy\"\nalias = \"Flag\"\nposition_m = [1.0, 0.0, 0.1]\n";
@@ -16,7 +16,7 @@ const GOALS: &str = "Reach the flag: /Robot within 0.3 m of /Flag before 5 s\\nn
 const SOLUTION: &str = "function sysCall_actuation()\\n local t = sim.getSimulationTime()\\n \
     sim.setObjectPosition(sim.getObject('..'), -1, {math.min(t, 1), 0, 0.1})\\nend\\n";
 
-/// What is in a zip that the page would have saved last, as a map of names to texts.
+/// Returns the contents of the last zip file that the page saved, as a map of names to texts.
 const PACKED: &str = "import('tatu/zip').then(async (z) => { const out = {}; for (const f of await z.unzip(await \
     window.saved.at(-1).arrayBuffer())) out[f.name] = new TextDecoder().decode(f.bytes); return out; })";
 
@@ -35,7 +35,7 @@ fn a_teacher_writes_an_exercise_and_a_student_hands_it_in() {
     shown.answer("Take into the scene");
     shown.page.until("document.querySelectorAll('.goals li').length === 3");
     assert_eq!(shown.page.text(".task p"), "Drive the robot to the flag.");
-    // The one who writes it goes on building.
+    // The author can continue to edit the scene.
     shown.ask("import('tatu/edits').then((e) => e.edit('Move', [['tatu.set', of('Flag').id, 'object.position', [0.9, 0, 0.1]]]))");
     shown.page.click_on("#save");
     shown.page.until("document.getElementById('unsaved').hidden");
@@ -73,7 +73,7 @@ fn a_teacher_writes_an_exercise_and_a_student_hands_it_in() {
     shown.page.until("document.querySelectorAll('.goals .reached').length === 1");
     shown.page.until("document.getElementById('time').textContent > '00:00:02'");
     shown.page.click_on("#stop");
-    // What should never happen did not; what was not reached before the stop was not reached.
+    // At the stop, conditions that must never hold count as reached, and all other open goals as failed.
     shown.page.until("document.querySelectorAll('.goals .reached').length === 2");
     shown.page.until("document.querySelectorAll('.goals .failed').length === 1");
     shown.page.until("document.getElementById('stop').classList.contains('on')");
@@ -91,7 +91,7 @@ fn a_teacher_writes_an_exercise_and_a_student_hands_it_in() {
     let solution = folder.join("student.lua");
     std::fs::write(&solution, files["scripts/Robot.lua"].as_str().unwrap()).unwrap();
 
-    // The teacher again: the student's script in the teacher's scene, without a page, reaches the same.
+    // The teacher runs the student's script in the original scene, without a page, and gets the same result.
     let out = Command::new(env!("CARGO_BIN_EXE_tatu"))
         .current_dir(&folder)
         .args(["run", "scene.toml", "--seconds", "2", "--script", "/Robot=student.lua"])

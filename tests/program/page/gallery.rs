@@ -12,7 +12,7 @@ use crate::kit::{
 /// The end of the path of a scene that comes with the program.
 const OWN_OF_PROGRAM: &str = "scenes/first/pioneer_avoids_walls.toml";
 
-/// A folder with a scene of the user; what the program keeps is in its subfolder `state`.
+/// A folder with a scene of the user; the program stores its state in the subfolder `state`.
 fn place() -> Place {
     let place = Place::new();
     place.write("work/scenes/mine.toml", "# A ball.\n# Try: nothing.\nformat = 1\n");
@@ -46,7 +46,7 @@ fn scenes_of_the_program_open_from_any_folder() {
     let card = of(OWN_OF_PROGRAM).unwrap();
     assert!(card["try"].as_str().unwrap().starts_with("press Play") && card["picture"].is_string(), "{card}");
     assert!(of("models/manta/demo.toml").is_some() && of("model.toml").is_none());
-    // Others outside the folders of the run are not opened.
+    // Other scenes outside of the run's folders are not opened.
     let other = place.path().join("state/other.toml");
     place.write("state/other.toml", "format = 1\n");
     let up = format!("{}/../../state/other.toml", root().join("scenes").display());
@@ -56,7 +56,7 @@ fn scenes_of_the_program_open_from_any_folder() {
     let opened = say(json!({ "type": "open", "file": card["file"], "id": 2 }), "scene");
     assert_eq!(opened["file"], card["file"]);
     assert!(opened["objects"].as_array().unwrap().len() > 5);
-    // The scene is a recent one now; viewers do not learn this.
+    // The scene is now a recent one, which is not shown to viewers.
     let list = say(json!({ "type": "files" }), "files");
     assert_eq!((&list["files"][0]["in"], &list["files"][0]["file"]), (&json!("recent"), &card["file"]));
     let mut eye = tungstenite::connect(look.replace("http", "ws").replace("/?", "/ws?")).unwrap().0;

@@ -1,4 +1,4 @@
-//! Tests of what the mouse and keys do to objects, in a browser.
+//! Tests of moving objects by the mouse and keys, in a browser.
 
 use super::drive::Shown;
 
@@ -6,7 +6,7 @@ const FLOOR: &str = "[[object]]\nkind = \"shape\"\nalias = \"floor\"\nprimitive 
 const BLOCK: &str = "[[object]]\nkind = \"shape\"\nalias = \"block\"\nsize_m = [0.4, 0.4, 0.4]\n\
                      position_m = [0.0, 0.0, 0.2]\n";
 
-/// How long an arrow of the gizmo is, in the frame of an object.
+/// Length of an arrow of the gizmo, in the frame of an object, m.
 const ARROW: &str = "(() => { const c = view.camera; \
      const far = objects.groups.get(of('block').id).getWorldPosition(new three.Vector3()).distanceTo(c.position); \
      return far * Math.min(1.9 * Math.tan(Math.PI * c.fov / 360), 7) / 4; })()";
@@ -19,24 +19,24 @@ fn a_drag_moves_the_selected_object_to_its_very_end() {
     let at = shown.pixel("block", [0.0, 0.0, 0.2]);
     shown.page.click_at(at, 1);
     shown.until("store.selected() === of('block').id");
-    // The arrows can be taken once they have been drawn.
+    // The arrows can be dragged only after they have been drawn.
     let drawn = shown.ask("view.drawn");
     shown.page.click_on("#move");
     shown.until(&format!("view.drawn > {drawn}"));
     assert_eq!(shown.ask("document.getElementById('move').getAttribute('aria-pressed')"), "true");
     let arrow = 0.4 * shown.ask(ARROW).as_f64().unwrap();
     let (from, to) = (shown.pixel("block", [arrow, 0.0, 0.0]), shown.pixel("block", [arrow + 0.6, 0.0, 0.0]));
-    // The arrow lights up below the pointer, with which its plane turns, before it can be dragged.
+    // The arrow is highlighted under the pointer before it can be dragged.
     let drawn = shown.ask("view.drawn");
     shown.page.mouse("mouseMoved", from, 0, false);
     shown.until(&format!("view.drawn > {drawn}"));
     shown.page.drag(from, to, false);
     shown.page.mouse("mouseReleased", to, 1, false);
-    // Of twelve steps of 5 cm the last one has arrived.
+    // The last of twelve steps of 5 cm has been applied.
     shown
         .until("get('block', 'object.position').then(([x, y, z]) => Math.abs(x - 0.6) < 0.02 && y === 0 && z === 0.2)");
     shown.until("!document.getElementById('unsaved').hidden");
-    // It stands where it was put.
+    // The object is where it was put.
     shown.until("Math.abs(objects.groups.get(of('block').id).position.x - 0.6) < 0.02");
     shown.end();
 }

@@ -1,5 +1,5 @@
-//! Tests that work is kept: saving, questions about what is unsaved, recovery, two pages on one script, and files that
-//! come from outside; in a browser.
+//! Tests that no work is lost, in a browser: saving, questions about unsaved changes, recovery, two pages that edit the
+//! same script, and dropped files.
 
 use std::path::PathBuf;
 
@@ -21,7 +21,7 @@ fn cup() -> Shown {
     shown
 }
 
-/// Gives the cup another name in the tree.
+/// Renames the cup in the tree.
 fn rename(shown: &mut Shown, from: &str, to: &str) {
     let row = shown.row(from);
     shown.page.click_on(&row);
@@ -42,7 +42,7 @@ fn a_save_changes_one_line_and_says_where() {
     shown.page.until("document.getElementById('output').textContent.includes('Saved scenes/cup.toml')");
     shown.page.until("document.getElementById('unsaved').hidden");
     assert_eq!(std::fs::read_to_string(&file).unwrap(), SCENE.replace("\"cup\"  ", "\"mug\"  "));
-    // A file that was changed elsewhere is not overwritten unasked.
+    // A file that was changed elsewhere is not overwritten without asking.
     rename(&mut shown, "mug", "jar");
     std::fs::write(&file, SCENE).unwrap();
     shown.ctrl("s", 83);
@@ -74,7 +74,7 @@ fn unsaved_changes_are_asked_for() {
     shown.answer("Save");
     shown.until("store.scene.file.endsWith('other.toml')");
     assert!(std::fs::read_to_string(shown.folder().join("scenes/cup.toml")).unwrap().contains("\"mug\""));
-    // A viewer that closes its page with unsaved changes is asked by the browser.
+    // The browser asks when a page with unsaved changes is closed.
     shown.page.click_on("#new");
     shown.until("of('floor') !== undefined");
     let asked = "(() => { const e = new Event('beforeunload', { cancelable: true }); dispatchEvent(e); return e.defaultPrevented; })()";
@@ -151,7 +151,7 @@ fn two_pages_on_one_script_lose_nothing() {
     mine.until("net.call('tatu.getScript', of('cup').scripts[0].id).then(([t]) => (t.bytes ? atob(t.bytes) : t).includes('cruise = 1'))");
     // The other page, which has nothing unsaved, shows the new text.
     theirs.until("(document.querySelector('.cm-content')?.textContent ?? '').includes('cruise = 1')");
-    // An unsaved text is asked for before the editor closes.
+    // The editor asks about unsaved text before it closes.
     write(&mut mine.page, "cruise = 1", "cruise = 4");
     mine.page.click_on("#script-close");
     mine.answer("Cancel");
@@ -192,7 +192,7 @@ fn a_folder_comes_with_all_its_files() {
     page.drop_files([600.0, 300.0], std::slice::from_ref(&room));
     page.until(lamp);
     assert_eq!(files("room"), (true, true, false));
-    // The same one chosen, which replaces nothing.
+    // The same file chosen in a dialog does not replace anything.
     page.click("#gallery");
     page.choose_files("#choose-folder", std::slice::from_ref(&room));
     page.until("document.getElementById('output').textContent.includes('files are in dropped/room-2')");

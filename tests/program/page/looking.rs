@@ -8,7 +8,7 @@ use super::{
 };
 use crate::kit::*;
 
-/// Whether something is drawn of what a sensor reads: `what` is a class of three.js.
+/// Returns whether something of a class of three.js, `what`, is drawn for a sensor's reading.
 fn draws(sensor: &str, what: &str) -> String {
     format!(
         "(() => {{ let found = false; objects.groups.get(of({sensor:?}).id).traverse((x) => {{ \
@@ -33,7 +33,7 @@ fn readings_are_drawn_in_layers_until_a_stop() {
     ));
     shown.until("of('fan') && view.camera.position.x !== 3");
     assert_eq!(shown.ask(&draws("fan", "Mesh")), false);
-    // The volume of the selected sensor is drawn, as long as it is.
+    // The volume of a sensor is drawn as long as the sensor is selected.
     assert_eq!(shown.ask(&draws("eye", "Mesh")), false);
     shown.ask("store.select(of('eye').id)");
     shown.until(&draws("eye", "Mesh"));
@@ -45,7 +45,7 @@ fn readings_are_drawn_in_layers_until_a_stop() {
     shown.until(&draws("fan", "Mesh"));
     shown.until(&draws("eye", "Points"));
     shown.until(&draws("receiver", "Points"));
-    // Two layers of five beams are eight triangles, not nine.
+    // Two layers of five beams yield eight triangles, not nine.
     let triangles = "(() => { let n = 0; objects.groups.get(of('fan').id).traverse((x) => { \
                      if (x.isMesh) n += x.geometry.index.count / 3; }); return n; })()";
     assert_eq!(shown.ask(triangles), 8);
@@ -120,7 +120,7 @@ fn fields_of_the_details_change_what_is_seen() {
     shown.ask("store.select(of('block').id)");
     let field = |key: &str| format!("#rows [data-key='{key}'] input");
     shown.page.until(&format!("document.querySelector({:?}) !== null", field("shape.color")));
-    // A field for colours opens a dialog of the browser, which tells of the choice by these events.
+    // A colour field opens a dialog of the browser, which reports the choice by these events.
     shown.page.js(&format!(
         "(() => {{ const i = document.querySelector({:?}); i.value = '#ff0000'; \
          for (const kind of ['input', 'change']) i.dispatchEvent(new Event(kind, {{ bubbles: true }})); }})()",

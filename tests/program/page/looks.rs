@@ -1,4 +1,4 @@
-//! Compares what the page shows with the pictures of `tatu look`, from the same camera, in a browser.
+//! Compares images of the page with pictures of `tatu look` from the same camera, in a browser.
 
 use base64::{Engine as _, engine::general_purpose::STANDARD};
 
@@ -43,7 +43,7 @@ fn both(scene: &str, size: [u32; 2]) -> [Rgb; 2] {
     let mut page = Page::open(&browser(), &served.url);
     page.until("document.readyState === 'complete' && (document.getElementById('name')?.textContent ?? '') !== ''");
     let [columns, rows] = size;
-    // What sensors are drawn as is left out, and the picture has its size whatever the window has.
+    // Drawings of sensors are hidden, and the size of the image does not depend on the window.
     let shown = page.js(&format!(
         "(async () => {{ const v = await import('tatu/view'); const frame = () => new Promise(requestAnimationFrame); \
          for (let i = 0; i < 100 && v.camera.position.x === 3; i++) await frame(); \

@@ -5,7 +5,7 @@ use super::drive::Shown;
 const FLOOR: &str = "[[object]]\nkind = \"shape\"\nalias = \"floor\"\nprimitive = \"plane\"\nrespondable = true\n";
 const BLOCK: &str = "[[object]]\nkind = \"shape\"\nalias = \"block\"\nsize_m = [0.4, 0.4, 0.4]\n\
                      position_m = [0.0, 0.0, 0.2]\n";
-/// A block in a parent that is turned by a right angle.
+/// A block whose parent is rotated by 90 degrees.
 const CHILD: &str = "[[object]]\nkind = \"dummy\"\nalias = \"base\"\nposition_m = [1.0, 0.0, 0.0]\n\
                      orientation_deg = [0.0, 0.0, 90.0]\n[[object]]\nkind = \"shape\"\nalias = \"block\"\n\
                      parent = \"base\"\nsize_m = [0.2, 0.2, 0.2]\nposition_m = [0.0, 0.5, 0.1]\n";
@@ -24,7 +24,7 @@ impl Shown {
         shown.page.js("document.getElementById('view').focus()");
         shown
     }
-    /// Enters a number into a field of the bar of moving.
+    /// Enters a number in a field of the toolbar for moving.
     fn type_number(&mut self, field: usize, text: &str) {
         self.page.click_on(&format!(".typed input:nth-of-type({field})"));
         self.page.key_event("keyDown", "a", 65, 2);
@@ -38,7 +38,7 @@ impl Shown {
             "get({alias:?}, {key:?}).then((v) => {wanted:?}.every((x, i) => Math.abs(v[i] - x) < 1e-9))"
         ));
     }
-    /// Takes the last edit back.
+    /// Undoes the last edit.
     fn undo(&mut self) {
         self.ask("net.call('tatu.undo')");
     }
@@ -57,7 +57,7 @@ fn typed_numbers_are_positions_and_degrees_in_the_chosen_frame() {
     shown.page.until("document.querySelector('.typed input:nth-of-type(2)').value === '0.25'");
     shown.type_number(2, "-1.5");
     shown.until_near("block", "object.position", &[0.0, -1.5, 0.1]);
-    // What is not a number is refused, and says why; Escape leaves the field.
+    // Invalid input is refused with an error; Escape leaves the field.
     shown.type_number(1, "far");
     shown.page.until("document.querySelector('.typed .why').textContent.includes('expected a number in m')");
     assert_eq!(shown.page.js("document.activeElement.value"), "far");
@@ -79,7 +79,7 @@ fn keys_move_and_turn_by_steps_that_are_undone_one_by_one() {
     let mut shown = Shown::selecting(&format!("{FLOOR}{BLOCK}"), "block");
     shown.page.key("g", 71);
     shown.page.until("document.getElementById('move').getAttribute('aria-pressed') === 'true'");
-    // At first the camera looks along +y and a little along -x: right is +x, and up on the screen is +y.
+    // Initially, the camera looks along +y and slightly along -x: right is +x, and up on the screen is +y.
     shown.page.key("ArrowRight", 39);
     shown.until_near("block", "object.position", &[0.05, 0.0, 0.2]);
     shown.page.key("ArrowUp", 38);
@@ -87,7 +87,7 @@ fn keys_move_and_turn_by_steps_that_are_undone_one_by_one() {
     shown.page.key_event("keyDown", "PageUp", 33, 8);
     shown.page.key_event("keyUp", "PageUp", 33, 8);
     shown.until_near("block", "object.position", &[0.05, 0.05, 0.205]);
-    // A key that is held makes one edit.
+    // Repeats of a held key form a single edit.
     for _ in 0..4 {
         shown.page.key_event("keyDown", "PageDown", 34, 0);
     }
@@ -142,7 +142,7 @@ fn a_push_moves_a_robot_and_does_not_tip_it() {
     let mut shown = Shown::selecting(&format!("{FLOOR}[[model]]\nmodel = \"pioneer_p3dx\"\n"), "Pioneer_p3dx");
     shown.page.click_on("#play");
     shown.page.until("document.getElementById('play').classList.contains('on')");
-    // The greatest tilt is measured in the page, with each frame.
+    // The page measures the maximum tilt, in each frame.
     shown.ask(
         "(() => { globalThis.tilt = 0; net.on('frame', async () => { const q = await get('Pioneer_p3dx', \
          'object.quaternion'); const up = 1 - 2 * (q[0] * q[0] + q[1] * q[1]); \

@@ -1,17 +1,17 @@
-//! Tests of what the page draws over a scene, and of the camera, in a browser.
+//! Tests of overlays and of the camera, in a browser.
 
 use serde_json::json;
 
 use super::drive::Shown;
 
-/// A block of 2 kg that stands, and a ball that flies away.
+/// A resting block of 2 kg, and a ball that flies away.
 const SCENE: &str = "[[object]]\nkind = \"shape\"\nalias = \"floor\"\nprimitive = \"plane\"\nrespondable = true\n\
     [[object]]\nkind = \"shape\"\nalias = \"block\"\nsize_m = [0.2, 0.2, 0.2]\nposition_m = [0.0, 0.0, 0.1]\n\
     dynamic = true\nrespondable = true\nmass_kg = 2.0\n\
     [[object]]\nkind = \"shape\"\nalias = \"ball\"\nprimitive = \"sphere\"\nsize_m = [0.1, 0.1, 0.1]\n\
     position_m = [1.0, 0.0, 2.0]\ndynamic = true\nmass_kg = 1.0\ninitial_velocity_m_s = [0.0, 0.0, 150.0]\n";
 
-/// Lines of a color that are drawn over the scene, as ends of segments.
+/// Returns the overlay lines of a color, as end points of segments.
 fn lines(color: &str) -> String {
     format!(
         "(() => {{ const out = []; view.stage.traverse((x) => {{ if (x.isLineSegments && \
@@ -20,7 +20,7 @@ fn lines(color: &str) -> String {
     )
 }
 
-/// Switches an overlay by its place in the menu.
+/// Toggles an overlay by its position in the menu.
 fn switch(shown: &mut Shown, index: usize) {
     shown.page.click_on("#overlays");
     shown.page.js(&format!("document.querySelectorAll('#overlay-menu input')[{index}].click()"));
@@ -35,7 +35,7 @@ fn overlays_show_forces_masses_and_velocities() {
     switch(&mut shown, 0);
     switch(&mut shown, 4);
     shown.page.click_on("#play");
-    // Four corners, or fewer, carry 2 kg: the forces that the program tells add up to its weight.
+    // Up to four corners carry 2 kg: the reported forces add up to the weight.
     let sum = "await new Promise((done) => net.on('overlays', (m) => { const f = m.contacts.filter((c) => \
                c.pair.includes(of('block').id)).map((c) => Math.abs(c.force[2])); \
                const s = f.reduce((a, b) => a + b, 0); if (Math.abs(s - 19.62) < 0.2) done(s); }))";
@@ -47,7 +47,7 @@ fn overlays_show_forces_masses_and_velocities() {
     shown.end();
 }
 
-/// A hinge with limits, a shape that collides but is not seen, and a bar whose inertia is that of a box of its size.
+/// A hinge with limits, an invisible shape that collides, and a bar whose inertia is that of a box of its size.
 const MECHANISM: &str = "[[object]]\nkind = \"shape\"\nalias = \"bar\"\nsize_m = [0.4, 0.1, 0.2]\ndynamic = true\n\
     position_m = [0.0, 0.0, 1.0]\norientation_deg = [0.0, 0.0, 30.0]\nmass_kg = 3.0\nvisible = false\nrespondable = true\n\
     [[object]]\nkind = \"joint\"\nalias = \"hinge\"\ntype = \"revolute\"\nlimits_deg = [-30.0, 60.0]\n";
@@ -57,11 +57,11 @@ const MECHANISM: &str = "[[object]]\nkind = \"shape\"\nalias = \"bar\"\nsize_m =
 fn overlays_show_inertia_collision_shapes_and_limits() {
     let mut shown = Shown::new(MECHANISM);
     shown.until("of('bar') && view.camera.position.x !== 3");
-    // The boxes of equal mass, the shapes that collide, and the axes: their places in the menu.
+    // Positions in the menu: boxes of equal mass, colliding shapes, and axes.
     for index in [2, 3, 5] {
         switch(&mut shown, index);
     }
-    // A box of even density has the inertia of its own box.
+    // A box of uniform density has the same inertia as the displayed box.
     shown.until(&format!("{}.length > 0", lines("8a3ffc")));
     let scale = "(() => { let s = null; view.stage.traverse((x) => { if (x.isLineSegments && \
                  x.material.color.getHexString() === '8a3ffc') s = x.scale.toArray().sort(); }); return s; })()";
@@ -108,7 +108,7 @@ fn the_camera_turns_with_whom_it_follows() {
                   return g.worldToLocal(view.camera.position.clone()).toArray(); })()";
     shown.until("new Promise((done) => net.on('frame', () => done(true)))");
     let before = shown.ask(offset);
-    // What is selected meanwhile does not matter.
+    // The selection does not affect which object is followed.
     shown.ask("store.select(of('ball').id)");
     for pose in [json!([0.5, 0, 0.1, 0, 0, 0.3826834, 0.9238795]), json!([0.5, 0.7, 0.1, 0, 0, 1, 0])] {
         shown.ask(&format!("net.call('tatu.set', of('block').id, 'object.pose', {pose})"));
@@ -117,7 +117,7 @@ fn the_camera_turns_with_whom_it_follows() {
         let far = |i: usize| (before[i].as_f64().unwrap() - after[i].as_f64().unwrap()).abs();
         assert!((0..3).all(|i| far(i) < 1e-2), "{before} {after}");
     }
-    // From above, in parallel projection: points of one height have one scale.
+    // From above, in parallel projection, the scale does not depend on the position.
     shown.page.click_on("#flat");
     shown.page.js("(() => { const v = document.getElementById('views'); v.value = '5'; v.onchange(); })()");
     let across = "(() => { view.camera.updateMatrixWorld(); const x = (z) => \

@@ -33,7 +33,7 @@ fn open(shown: &mut Shown, name: &str) {
     shown.page.js(&format!("{entry}.click()"));
 }
 
-/// Puts in place of downloads what they would have saved, in `window.saved`.
+/// Replaces downloads: the files are stored in `window.saved` instead.
 pub const SAVES: &str = "(() => { window.saved = []; const real = URL.createObjectURL; URL.createObjectURL = (b) => { \
     window.saved.push(b); return real(b); }; HTMLAnchorElement.prototype.click = () => {}; })()";
 
@@ -65,7 +65,7 @@ fn a_click_plots_a_property_in_each_step() {
     for row in &rows[1..] {
         assert!((row[1] - 0.5 * (row[0] - 0.05)).abs() < 1e-9 && row[3] == 1.0, "{row:?}");
     }
-    // One curve over another, as a table of pairs; the picture is a PNG; a curve is taken out.
+    // One curve against another, saved as a table of pairs; the picture is a PNG; a curve is removed.
     shown.page.js(
         "(() => { const s = document.querySelector('.pane .tools select'); s.selectedIndex = 1; s.onchange(); })()",
     );
@@ -78,7 +78,7 @@ fn a_click_plots_a_property_in_each_step() {
     let head = shown.page.js("window.saved[1].text()");
     assert!(head.as_str().unwrap().starts_with("cart position x (m),cart position y (m),"), "{head}");
     assert_eq!(shown.page.js("window.saved[2].type"), "image/png");
-    // A second value joins the plot, and the first can be taken out.
+    // A second value is added to the plot, and the first one can be removed.
     shown.page.js("document.querySelector(\".row[data-key='object.visible'] .chart\").click()");
     shown.page.until("document.querySelectorAll('.pane .legend li').length === 4");
     shown.page.js("document.querySelector('.pane .legend button').click()");
@@ -94,7 +94,7 @@ fn cameras_show_what_they_see_in_windows_that_come_back() {
         open(&mut shown, name);
     }
     shown.page.click_on("#play");
-    // The cart is red, below both of them at the start; after a second it has moved on in the pictures.
+    // The cart is red, and below both cameras at the start; after a second it has moved in the pictures.
     let reds = "[...document.querySelectorAll('canvas.seen')].map((c) => { const k = new OffscreenCanvas(c.width, c.height)\
                 .getContext('2d', { willReadFrequently: true }); k.drawImage(c, 0, 0); const d = k.getImageData(0, 0, c.width, \
                 c.height).data; let n = 0; for (let i = 0; i < d.length; i += 4) if (d[i] > 90 && d[i + 1] < 60 && \
@@ -104,7 +104,7 @@ fn cameras_show_what_they_see_in_windows_that_come_back() {
     shown.page.js("location.reload()");
     shown.page.until("document.querySelectorAll('canvas.seen').length === 2");
     shown.page.until("[...document.querySelectorAll('canvas.seen')].some((c) => c.width > 100)");
-    // Escape closes the one that has the focus, and it stays closed.
+    // Escape closes the window that has the focus, which then stays closed.
     shown.page.js("document.querySelector('.pane .title').focus()");
     shown.page.key("Escape", 27);
     shown.page.until("document.querySelectorAll('canvas.seen').length === 1");
@@ -126,14 +126,14 @@ fn all_sensors_are_in_one_list_with_what_they_read() {
              .querySelector('.value').textContent"
         )
     };
-    // The sonar hears the block below it; the inertial unit feels gravity.
+    // The sonar detects the block below it; the inertial unit measures gravity.
     shown.page.until(&format!("{}.startsWith('1.9 m')", value("hears")));
     shown.page.until(&format!("/9\\.8/.test({})", value("feels")));
     shown
         .page
         .js("[...document.querySelectorAll('table.sensors button')].find((b) => b.textContent === 'hears').click()");
     shown.until("store.selected() === of('hears').id");
-    // What was read is no longer true after the stop.
+    // Readings are no longer shown after the stop.
     shown.page.click_on("#stop");
     shown.page.until(&format!("{} === '\u{2014}'", value("hears")));
     let seen: Value = shown.page.js(&value("feels"));

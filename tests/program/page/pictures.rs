@@ -1,4 +1,4 @@
-//! Makes the pictures of the page in the guide.
+//! Generates the pictures of the page for the guide.
 
 use serde_json::json;
 
@@ -91,7 +91,7 @@ fn picture_of_a_window() {
     page.until("(document.getElementById('time')?.textContent ?? '').includes(':06.')");
     page.click("#pause");
     page.click("#fit");
-    // The robot is next to the window, not behind it.
+    // The camera is moved so that the window does not hide the robot.
     page.js("import('tatu/view').then((v) => { v.camera.setViewOffset(100, 100, -26, 0, 100, 100); v.redraw(); })");
     std::fs::write(root().join("docs/images/window.png"), small(&page.picture([1180, 620]))).unwrap();
 }

@@ -14,10 +14,10 @@ use tungstenite::{Message, WebSocket, stream::MaybeTlsStream};
 /// The connection of a client.
 pub type Socket = WebSocket<MaybeTlsStream<TcpStream>>;
 
-/// The folder for what the program keeps for its user, in place of that of who runs the tests.
+/// The folder for the user's state, which replaces that of the user who runs the tests.
 pub const STATE: &str = env!("CARGO_TARGET_TMPDIR");
 
-/// The program with its page; it ends with the test.
+/// The program with its page, which is ended when this is dropped.
 pub struct Served {
     pub process: Child,
     /// The address that it printed.
@@ -29,7 +29,7 @@ impl Served {
     pub fn new(dir: &Path, args: &[&str]) -> Served {
         Served::with_state(dir, args, Path::new(STATE))
     }
-    /// Starts the program with a folder for what is kept from run to run.
+    /// Starts the program with a folder for the user's state.
     pub fn with_state(dir: &Path, args: &[&str], state: &Path) -> Served {
         let process = Command::new(env!("CARGO_BIN_EXE_tatu"))
             .current_dir(dir)
@@ -97,7 +97,7 @@ pub fn say(socket: &mut Socket, message: Value) {
 
 /// Calls a command; returns the answer.
 pub fn call(socket: &mut Socket, name: &str, args: Value) -> Value {
-    // Answers come in the order of calls, so that one number is enough.
+    // Answers arrive in the order of calls, so that all calls can have the same number.
     say(socket, json!({ "type": "call", "id": 1, "name": name, "args": args }));
     loop {
         if let Message::Text(text) = socket.read().unwrap() {

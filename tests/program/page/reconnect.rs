@@ -1,4 +1,4 @@
-//! Tests of a page whose program ends and is started again.
+//! Tests of a page whose program is restarted.
 
 use std::{
     io::{Read, Write},
@@ -31,7 +31,7 @@ fn served(port: u16, state: &Path) -> Served {
     Served::with_state(root(), &["open", SCENE, "--no-browser", "--port", &port.to_string()], state)
 }
 
-/// Returns what the program says of itself to everybody.
+/// Returns the description that the program sends to any client.
 fn about(served: &Served) -> Value {
     let answer = served.ask(&format!("GET /tatu HTTP/1.1\r\nHost: {}\r\n\r\n", served.host()));
     serde_json::from_str(answer.split("\r\n\r\n").nth(1).unwrap()).unwrap()
@@ -137,7 +137,7 @@ fn a_page_comes_back_by_itself() {
     page.until("document.getElementById('lost').hidden");
     page.until("document.querySelectorAll('#tree .item').length > 5");
     assert_eq!(page.js("window.mark"), "not reloaded");
-    // The text in the editor is still there, and goes into the new program.
+    // The text in the editor is retained, and is saved to the new program.
     assert!(page.text(".cm-content").contains("cruise = 1.0"));
     page.click("#script-save");
     page.until("document.getElementById('output').textContent.includes('the new text is in the scene')");

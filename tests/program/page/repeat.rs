@@ -1,4 +1,4 @@
-//! Tests that the page changes nothing but by what the input log records.
+//! Tests that all effects of the page are recorded in the input log.
 
 use std::{
     io::{BufRead, BufReader},

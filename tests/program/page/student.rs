@@ -58,7 +58,7 @@ fn a_student_drives_and_changes_a_robot() {
          document.getElementById('script-save').click(); })()");
     page.until(&format!("{speed}.then((v) => v <= 1)"));
     // A window of a script: moving its slider calls the script, which changes a label.
-    // The edited script stays out of the file, and no copy of it stays beside the file.
+    // The edited script is not saved to the file, and no backup copy remains next to the file.
     page.js("import('tatu/net').then((m) => m.call('tatu.recover', false).then(() => m.call('tatu.open', 'plugins/commands/simui/demo.toml')))");
     page.until("document.getElementById('name').textContent === 'demo.toml'");
     page.click("#play");
@@ -74,7 +74,7 @@ fn a_student_drives_and_changes_a_robot() {
         ),
         0
     );
-    // The view shows more than its background; the robot is where it began, however long it has driven.
+    // The view shows more than its background; the robot is back at its start.
     page.click("#stop");
     page.until("document.getElementById('stop').className === 'on'");
     page.until(

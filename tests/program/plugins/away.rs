@@ -13,7 +13,7 @@ fn copied() -> (Place, PathBuf) {
     (place, exe)
 }
 
-/// Puts the models where an installed program has them, or beside the program.
+/// Puts the models where an installed program has them, or next to the program.
 fn with_models(place: &Place, folder: &str) -> PathBuf {
     let to = place.path().join(folder);
     copy(&root().join("models"), &to);

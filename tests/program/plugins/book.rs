@@ -1,4 +1,5 @@
-//! Tests of the book for plugin authors: its shell commands run, and its code is that of templates which are built and run.
+//! Tests of the book for plugin authors: its shell commands run, and its code is taken from templates that are built
+//! and run.
 
 use std::{
     fs,
@@ -22,8 +23,8 @@ fn blocks(page: &str) -> Vec<(String, String)> {
     out
 }
 
-/// Runs all shell blocks of a page, one after another in one shell that stops at the first failure. `before`: commands
-/// that the page takes for granted.
+/// Runs all shell blocks of a page, one after another in one shell that stops at the first failure. `before` are
+/// commands that the page assumes to have been run.
 fn runs(page: &str, before: &str) {
     let place = Place::new();
     let shell = blocks(page).into_iter().filter(|(language, _)| language == "sh").map(|(_, text)| text);

@@ -1,4 +1,4 @@
-//! Live parameters: a plugin in C gets their new values, and is created again only where it requested that.
+//! Tests of live parameters: a plugin in C gets their new values, and is created again only if it requested that.
 
 use std::{fs, process::Command};
 

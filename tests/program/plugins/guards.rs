@@ -5,7 +5,7 @@ use std::process::Command;
 
 use crate::kit::*;
 
-/// A sensor and a command that write where their parameter says.
+/// A sensor and a command that write at an offset given by their parameter.
 const WRITER: &str = r#"
 #include <math.h>
 #include <string.h>

@@ -89,7 +89,7 @@ fn a_value_s_payload_lies_where_c_has_it() {
 
 #[test]
 fn no_type_and_no_field_is_left_out() {
-    // What only makes C shorter crosses no border.
+    // Definitions that only shorten C code are not part of the interface.
     const CONVENIENCES: [&str; 4] = ["tatu_build", "tatu_host_api", "tatu_offer", "tatu_test_end"];
     let types = types();
     let mirrored: BTreeSet<&str> = types.iter().map(|t| t.name).collect();

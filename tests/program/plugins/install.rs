@@ -1,4 +1,4 @@
-//! `tatu plugin install`: the user's own folder, and archives that are refused whole.
+//! Tests of `tatu plugin install`: the user's own folder, and archives that are refused as a whole.
 
 #![cfg(target_os = "linux")]
 
@@ -6,10 +6,10 @@ use std::{fs, io::Write, os::unix::fs::PermissionsExt, path::PathBuf};
 
 use crate::{kit::made::*, kit::*};
 
-/// The folder that things are installed in.
+/// Returns the folder in which plugins are installed.
 const HOME: &str = ".data/tatu/plugins";
 
-/// A place with a plugin `mine/libtatu_<name>.so` of an id and version.
+/// Creates a folder with a plugin `mine/libtatu_<name>.so` with an id and a version.
 fn built(name: &str, id: &str, version: &str) -> Place {
     let place = Place::new();
     make(&place, name, id, version);
@@ -72,17 +72,17 @@ fn a_plugin_is_replaced_by_force_only() {
     done.refused(&["error[E331]", "version 1.0.0", "this is version 2.0.0", "`--force` replaces it"]);
     let done = install(&place, &["mine/libtatu_hello.so", "--force"]).good();
     assert!(done.out.starts_with("replaced `org.test.hello` 1.0.0 by 2.0.0: "), "{}", done.out);
-    // Under another name the old file goes.
+    // With a new file name, the old file is removed.
     make(&place, "renamed", "org.test.hello", "3.0.0");
     install(&place, &["mine/libtatu_renamed.so"]).refused(&["error[E331]"]);
     install(&place, &["mine/libtatu_renamed.so", "--force"]).good();
     assert_eq!(installed(&place), ["libtatu_renamed.so"]);
-    // Another plugin does not lose its file, whatever is forced.
+    // The file of another plugin is never replaced, even by force.
     make(&place, "renamed", "org.test.another", "1.0.0");
     for args in [&["mine/libtatu_renamed.so"][..], &["mine/libtatu_renamed.so", "--force"]] {
         install(&place, args).refused(&["error[E331]", "it is the plugin `org.test.hello`", "--remove org.test.hello"]);
     }
-    // What is no plugin at all makes room by force.
+    // A file that is not a plugin is replaced by force.
     fs::write(place.path().join(HOME).join("libtatu_renamed.so"), "damaged").unwrap();
     install(&place, &["mine/libtatu_renamed.so"]).refused(&["error[E331]", "it is not a plugin that can be loaded"]);
     install(&place, &["mine/libtatu_renamed.so", "--force"]).good();
@@ -145,7 +145,7 @@ fn one_that_is_hidden_is_installed_with_a_warning() {
     done.tells(&["warning[E302]", "mine/libtatu_hello.so has the same id and is searched first"]);
 }
 
-/// A tar file with one entry.
+/// Returns a tar file with one entry.
 fn tar(entries: &[(&str, tar::EntryType, &[u8])]) -> Vec<u8> {
     let mut builder = tar::Builder::new(Vec::new());
     for (name, sort, bytes) in entries {
@@ -264,7 +264,7 @@ fn archives_with_anything_but_plain_files_are_refused_whole() {
     writer.add_symlink("link", "libtatu_hello.so", zip::write::SimpleFileOptions::default()).unwrap();
     archive(&place, "bad.zip", &writer.finish().unwrap().into_inner());
     install(&place, &["bad.zip"]).refused(&["error[E330]", "`link`, which is a symbolic link"]);
-    // Packed small, and unpacked large.
+    // Small archives that unpack to large files.
     let mut encoder = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::best());
     let mut header = tar::Header::new_gnu();
     header.set_path("zeros").unwrap();
@@ -273,7 +273,7 @@ fn archives_with_anything_but_plain_files_are_refused_whole() {
     encoder.write_all(header.as_bytes()).unwrap();
     archive(&place, "bomb.tar.gz", &encoder.finish().unwrap());
     install(&place, &["bomb.tar.gz"]).refused(&["error[E330]", "more than 256 MiB"]);
-    // Cut off.
+    // Truncated archives.
     let bytes = gzip(&tar(&[good]));
     archive(&place, "cut.tar.gz", &bytes[..bytes.len() / 2]);
     install(&place, &["cut.tar.gz"]).refused(&["error[E330]", "cannot be unpacked", "get it again"]);
@@ -330,7 +330,7 @@ fn assets_go_with_their_library() {
     assert_eq!(place.read(&format!("{HOME}/tatu_reader.assets/words/greeting.txt")), "hello");
     // A folder that contains itself has no end.
     std::os::unix::fs::symlink("..", place.path().join("mine/tatu_reader.assets/words/loop")).unwrap();
-    install(&place, &["mine/libtatu_reader.so", "--force"]).refused(&["nest more than"]);
+    install(&place, &["mine/libtatu_reader.so", "--force"]).refused(&["nested more than"]);
     install(&place, &["--remove", "org.test.reader"]).good();
     assert!(installed(&place).is_empty());
 }

@@ -128,7 +128,7 @@ fn nothing_that_was_recorded_has_moved() {
     );
 }
 
-/// What a C compiler makes of the headers after a change: the record's types and fields as they lie there.
+/// Returns the layout that a C compiler computes for the recorded types and fields after a change of the headers.
 fn compiled(change: impl Fn(String) -> String, record: &Record) -> Record {
     let place = Place::new();
     changed_headers(place.path(), change);

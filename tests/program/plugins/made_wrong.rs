@@ -43,9 +43,9 @@ fn inputs_are_those_of_the_stage_in_which_a_sensor_measures() {
     let table =
         |inputs: &str, flags: &str| eye("eye", "eye", &format!(", .inputs = {inputs}, .flags = {flags}")).text();
     for (inputs, flags, said) in [
-        ("TATU_IN_JOINT", "0", "asks for acceleration, joint, contacts or wrench without"),
-        ("TATU_IN_POSE | TATU_IN_CONTACTS", "0", "asks for acceleration, joint, contacts or wrench without"),
-        ("TATU_IN_DISTANCE", "TATU_SENSOR_EVERY_PHYSICS_STEP", "asks for what beams or images find"),
+        ("TATU_IN_JOINT", "0", "requests acceleration, joint, contacts or wrench without"),
+        ("TATU_IN_POSE | TATU_IN_CONTACTS", "0", "requests acceleration, joint, contacts or wrench without"),
+        ("TATU_IN_DISTANCE", "TATU_SENSOR_EVERY_PHYSICS_STEP", "requests inputs of beams or images"),
     ] {
         compile(&base, "eye", &table(inputs, flags));
         base.run(&["--steps", "1"]).good().tells(&["E303", "`org.test.eye`", "its sensor `eye`", said]);
@@ -81,7 +81,7 @@ fn slots_are_objects_that_a_model_builds() {
     compile(&base, "maker", &model(&one("desk"), ", .slots = slots").text());
     base.run(&["--steps", "1"]).refused(&[
         "E111",
-        "the model `thing`: it declares the slot `deck`",
+        "the model `thing` declares the slot `deck`",
         "slot",
         "`org.test.maker`",
     ]);

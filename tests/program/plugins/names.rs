@@ -205,7 +205,7 @@ fn names_that_are_a_languages_own_are_told_once() {
     compile(&base, "dead", &commands("dead", &["print", "string.format", "dead.print", "string.anew"]).text());
     let done = base.run(&["--steps", "1"]).good();
     for name in ["print", "string.format", "string.anew"] {
-        told_once(&done, &[&format!("scripts in Lua cannot call the command `{name}`"), "tatu describe"]);
+        told_once(&done, &[&format!("Lua scripts cannot call the command `{name}`"), "tatu describe"]);
     }
     assert_eq!(warnings(&done, &["dead.print"]), 0, "{}", done.err);
 }

@@ -1,10 +1,10 @@
-//! `tatu new` and `tatu plugin`: each template is made, built and run, and its scene checks it.
+//! Tests of `tatu new` and `tatu plugin`: each template is created, built and run, and its scene checks it.
 
 use std::fs;
 
 use crate::kit::*;
 
-/// Makes a plugin, builds it and runs its scene: exit code 0, and no warning of a compiler.
+/// Creates a plugin, builds it and runs its scene: the exit code must be 0, and the compiler must not warn.
 fn works(kind: &str, lang: &str) {
     let place = Place::new();
     let name = format!("my_{kind}");
@@ -15,7 +15,7 @@ fn works(kind: &str, lang: &str) {
     assert!(!done.err.contains("warning"), "{}", done.err);
     assert!(done.out.contains(&format!("{name} works")), "{}\n{}", done.out, done.err);
     assert!(place.path().join(&name).join("build").join(library(&format!("tatu_{name}"))).is_file());
-    // The check is one: without the plugin's folder the scene does not run, or fails.
+    // The check is effective: without the plugin's folder, the scene does not run, or fails.
     let without = run(program(), place.path(), &["run", &format!("{name}/scene.toml"), "--steps", "200"], &[]);
     assert_ne!(without.code, 0);
 }
@@ -81,7 +81,7 @@ fn addons_scenes_and_robots_run() {
 fn nothing_is_overwritten_and_names_are_checked() {
     let place = Place::new();
     place.write("mine/keep.txt", "mine");
-    place.tatu(&["new", "scene", "mine"]).refused(&["E610", "mine is there already", "nothing was changed"]);
+    place.tatu(&["new", "scene", "mine"]).refused(&["E610", "mine already exists", "nothing was changed"]);
     assert_eq!(fs::read_dir(place.path().join("mine")).unwrap().count(), 1);
     for (name, told) in [("My-Robot", "try `my_robot`"), ("end", "try another, such as `my_end`"), ("a/b", "try `a_b`")]
     {
@@ -101,7 +101,7 @@ fn a_build_tells_what_is_missing_or_wrong() {
     let env = [("CC", "no-such-compiler")];
     let done = run(program(), place.path(), &["plugin", "build", "lamp"], &env);
     done.refused(&["E612", "there is no `no-such-compiler`", "install a compiler", "CC"]);
-    // What the compiler says is printed, and the code is 1.
+    // The compiler's output is printed, and the exit code is 1.
     place.write("lamp/broken.c", "int f(void) { return no_such_thing; }\n");
     let done = place.tatu(&["plugin", "build", "lamp"]);
     assert_eq!(done.code, 1, "{}", done.err);
@@ -129,7 +129,7 @@ fn the_sdk_is_replaced_and_nothing_else() {
         fs::read_to_string(root().join("plugin-api/src/lib.rs")).unwrap()
     );
     assert!(!place.path().join("lamp/sdk/include/old.h").exists() && !place.path().join("lamp/sdk.new").exists());
-    // The crate is the one of this repository, without what only the workspace needs.
+    // The crate is that of this repository, without files that only the workspace needs.
     let manifest = place.read("lamp/sdk/rust/Cargo.toml");
     assert!(manifest.contains("name = \"tatu-plugin-api\"") && !manifest.contains("abi_stable"), "{manifest}");
 }

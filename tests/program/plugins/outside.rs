@@ -25,7 +25,7 @@ fn built(name: &str) -> Place {
     place
 }
 
-/// Builds one in Rust, with the profile of the tests.
+/// Builds a plugin in Rust, with the profile of the tests.
 fn in_rust(name: &str) -> Place {
     let place = Place::new();
     copy(&root().join("tests/outside").join(name), place.path());

@@ -6,12 +6,12 @@ use serde_json::Value;
 
 use crate::kit::*;
 
-/// The page for authors.
+/// Returns the page about tests for plugin authors.
 fn page() -> String {
     fs::read_to_string(root().join("docs/plugin-authors/testing.md")).unwrap()
 }
 
-/// The `n`-th piece of code of the page in a language.
+/// Returns the `n`-th code block of the page in a language.
 #[track_caller]
 fn code(language: &str, n: usize) -> String {
     let page = page();
@@ -26,7 +26,7 @@ fn hello() -> String {
     readme.split("```c\n").nth(1).unwrap().split("```").next().unwrap().to_owned()
 }
 
-/// What `tatu plugin test --json` says, by the name of the test.
+/// The output of `tatu plugin test --json`, by the name of the test.
 struct Tested {
     code: i32,
     json: Value,
@@ -43,7 +43,7 @@ impl Tested {
     fn passed(&self, name: &str) {
         assert_eq!(self.test(name)["passed"], true, "{}", self.test(name));
     }
-    /// It failed, and the first failure, or one after it, has all of these words.
+    /// Checks that a test failed, and that one of its failures contains all of these words.
     #[track_caller]
     fn failed(&self, name: &str, words: &[&str]) {
         let test = self.test(name);
@@ -53,7 +53,7 @@ impl Tested {
     }
 }
 
-/// Cargo builds where other runs of these tests have built, without the network.
+/// Runs `tatu plugin test --json`; cargo builds offline, in the target folder of earlier runs.
 fn test(place: &Place, folder: &str, args: &[&str]) -> Tested {
     let target = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join("testkit");
     let done = Command::new(program())
@@ -71,7 +71,7 @@ fn test(place: &Place, folder: &str, args: &[&str]) -> Tested {
     Tested { code: done.status.code().unwrap_or(-1), json, err: text(&done.stderr) }
 }
 
-/// A crate with a plugin; the versions of its dependencies are ours.
+/// Creates a crate with a plugin; its dependencies have the versions of this workspace.
 fn krate(place: &Place, name: &str, more: &str, source: &str) {
     let api = root().join("plugin-api");
     let (api, kit) = (api.display(), api.join("testkit").display().to_string());
@@ -100,7 +100,7 @@ fn the_page_s_tests_in_c_and_its_scene_pass() {
     assert_eq!((tested.code, tested.json["passed"].as_u64()), (0, Some(1)));
     let tested = test(&place, "hello", &["--only", "trebles"]);
     assert!(tested.code == 2 && tested.err.contains("no test with `trebles`"), "{}", tested.err);
-    // People get a line for each.
+    // The text output has a line for each test.
     let lines = place.tatu(&["plugin", "test", "hello"]).good().out;
     assert!(
         lines.contains("ok    tests/hello.c  doubles_numbers\n") && lines.ends_with("3 passed, 0 failed\n"),
@@ -108,7 +108,7 @@ fn the_page_s_tests_in_c_and_its_scene_pass() {
     );
 }
 
-/// A lamp's level of light, in a scene; each test goes wrong in a way of its own.
+/// Tests of a lamp's light level in a scene, each of which fails in a different way.
 const WRONG: &str = r#"#include "tatu/test.h"
 #include "tatu/command.h"
 static const char *const sonar = "format = 1\n[[object]]\nkind = \"sensor\"\nsensor = \"proximity\"\nalias = \"eye\"\n";
@@ -182,12 +182,12 @@ function sysCall_sensing() assert(sim.getSimulationTime() < 0.04, 'too late') en
     assert_eq!(all.iter().map(|f| f["line"].as_u64().unwrap()).collect::<Vec<_>>(), [7, 8, 5], "{all:?}");
     assert!(all.iter().all(|f| f["file"] == "tests/wrong.c"), "{all:?}");
     tested.failed("checks", &["1 > 2 does not hold", "0.25 + 0.25 is 0.5, and 1 is 1: 0.5 apart, at most 0.1"]);
-    // What was reported before the crash is kept.
+    // Failures that were reported before the crash are not lost.
     tested.failed("crashes", &["4 > 5 does not hold", "the test crashed: signal 11"]);
     tested.failed("hangs", &["has not ended within 10 s"]);
     tested.failed("leaves", &["ended the process before its end"]);
     tested.failed("field", &["/eye", "no field `proximity.distanse`", "did you mean `proximity.distance`?"]);
-    tested.failed("index", &["`proximity.point` has 3 numbers, and number 3 was asked for"]);
+    tested.failed("index", &["`proximity.point` has 3 numbers, but index 3 was requested"]);
     tested.failed("early", &["has not measured yet", "do a step first"]);
     tested.failed("path", &["there is no object `/eyes`", "did you mean `eye`?"]);
     tested.failed("command", &["no plugin offers the command `hello.twise`", "did you mean `hello.twice`?"]);
@@ -198,7 +198,7 @@ function sysCall_sensing() assert(sim.getSimulationTime() < 0.04, 'too late') en
     tested.passed("fault_taken");
     tested.passed("properties");
     tested.failed("broken", &["cannot be compiled"]);
-    tested.failed("late", &["went wrong in the run"]);
+    tested.failed("late", &["the run reported errors"]);
 }
 
 #[test]
@@ -260,7 +260,7 @@ fn a_plugin_that_cannot_be_built_or_loaded_fails() {
     let tested = test(&place, "bad", &[]);
     assert_eq!(tested.code, 1);
     tested.failed("build", &["cannot be built"]);
-    // It is a library, and no plugin.
+    // The library is not a plugin.
     place.write("none/none.c", "int x;\n").write("none/tests/hello.c", &code("c", 0));
     let tested = test(&place, "none", &[]);
     tested.failed("doubles_numbers", &["E301", "libtatu_none", "tatu_plugin"]);

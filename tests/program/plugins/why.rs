@@ -1,5 +1,5 @@
-//! `tatu plugin why` and `tatu plugin list`: what is meant by a name, where it was looked for, what hides it. Broken
-//! libraries are in `broken`.
+//! Tests of `tatu plugin why` and `tatu plugin list`: the meaning of names, the folders that are searched, and hidden
+//! plugins. Broken libraries are tested in `broken`.
 
 #![cfg(target_os = "linux")]
 
@@ -7,7 +7,7 @@ use std::{fs, path::PathBuf};
 
 use crate::{kit::made::*, kit::said::*, kit::*};
 
-/// Asks with `mine` in the search path.
+/// Runs `tatu plugin why` with `mine` in the search path.
 pub fn ask(place: &Place, args: &[&str]) -> Done {
     let all = [&["plugin", "why"], args].concat();
     let done = run(program(), place.path(), &all, &[("TATU_PLUGIN_PATH", "mine")]);
@@ -33,7 +33,7 @@ pub fn without_sizes(text: &str) -> String {
 }
 
 impl Said {
-    /// The sentence about a plugin that is not loaded, and what to do; they come last, after an empty line.
+    /// Returns the sentence about a plugin that is not loaded, and the advice, which follow the last empty line.
     #[track_caller]
     pub fn because(&mut self, tried: &str, place: &Place, args: &[&str]) {
         let done = ask(place, args);
@@ -49,7 +49,7 @@ pub fn good() -> Source {
     Source::new("x")
 }
 
-/// The bytes of a good plugin.
+/// Returns the bytes of a valid plugin.
 pub fn good_bytes() -> Vec<u8> {
     let place = folder();
     compile(&place, "x", &good().text());
@@ -148,10 +148,10 @@ fn who_hides_a_plugin_is_told() {
     compile(&place, "second", &Source::new("twin").text());
     said.because("the second of an id", &place, &["second"]);
     ask(&place, &["first"]).good();
-    // By its id the one is meant that is loaded.
+    // An id refers to the plugin that is loaded.
     let done = ask(&place, &["org.test.twin"]).good();
     assert!(done.out.contains("  hidden by  mine/libtatu_first.so\n"), "{}", done.out);
-    // One that cannot be loaded hides nothing.
+    // A plugin that cannot be loaded hides no other.
     compile(&place, "first", &Source::new("twin").with(|s| s.major = "7".into()).text());
     ask(&place, &["second"]).good();
 }

@@ -9,7 +9,7 @@ use crate::{
     remote::rosbridge::{hear, say, socket},
 };
 
-/// A tool that hangs at a wall by a force sensor, and what is on the wall.
+/// A tool that is attached to a wall by a force sensor, and further sensors on the wall.
 fn scene() -> String {
     let sensor = |kind: &str, parent: &str, keys: &str| {
         format!(
@@ -60,7 +60,7 @@ fn what_is_felt_is_published_in_the_types_of_ros() {
         say(&mut client, &json!({ "op": "subscribe", "topic": topic, "type": kind }));
     }
     say(&mut client, &json!({ "op": "call_service", "id": "start", "service": "/simulation/start" }));
-    // Some time has passed when each has told something ten times.
+    // Waits until each topic has been published ten times.
     let (mut last, mut counts) = (BTreeMap::new(), BTreeMap::new());
     while counts.len() < topics.len() || counts.values().any(|n| *n < 10) {
         let message = hear(&mut client);
@@ -81,14 +81,14 @@ fn what_is_felt_is_published_in_the_types_of_ros() {
     assert!((last["/battery"]["percentage"].as_f64().unwrap() - 0.5).abs() < 1e-2);
     assert_eq!(last["/battery"]["capacity"], Value::Null, "not known");
     assert!((last["/fluid_pressure"]["fluid_pressure"].as_f64().unwrap() - (100_000.0 - 11.9)).abs() < 0.2);
-    // Its frame is the sensor's own, turned about the vertical.
+    // The frame is that of the sensor, rotated about the vertical.
     let frame = last["/imu"]["header"]["frame_id"].as_str().unwrap();
     let frames = last["/tf"]["transforms"].as_array().unwrap();
     let imu = frames.iter().find(|f| f["child_frame_id"] == frame).unwrap();
     near(&imu["transform"]["rotation"], &["x", "y", "z", "w"], &[0.0, 0.0, 0.5_f64.sqrt(), 0.5_f64.sqrt()]);
 }
 
-/// A robot of a wheel, a slide and a mesh, with a GPS receiver and an inertial unit that have noise.
+/// A robot with a wheel, a slide and a mesh, and a noisy GPS receiver and inertial unit.
 const ROBOT: &str = "[[object]]\nkind = \"shape\"\nalias = \"cart\"\nsize_m = [0.4, 0.3, 0.1]\nposition_m = [1.0, 2.0, 0.3]\n\
     model_base = true\ndynamic = true\nmass_kg = 3.0\ncolor = [1.0, 0.0, 0.0]\nrespondable = true\n\
     [[object]]\nkind = \"joint\"\nalias = \"axle\"\nparent = \"/cart\"\ntype = \"revolute\"\nposition_m = [0.1, 0.2, 0.0]\n\
@@ -142,7 +142,7 @@ fn robots_are_described_as_urdf_and_noise_as_covariance() {
     diagonal(&last["/imu"]["linear_acceleration_covariance"], [0.03; 3]);
     diagonal(&last["/imu"]["angular_velocity_covariance"], [0.0; 3]);
 
-    // The description is the same in both places, and the importer of URDF makes the same robot of it.
+    // The parameter and the topic have the same description, from which the URDF importer builds the same robot.
     let urdf = last["/robot_description"]["data"].as_str().unwrap();
     assert_eq!(serde_json::from_str::<String>(param.as_str().unwrap()).unwrap(), urdf);
     std::fs::write(place.path().join("cart.urdf"), urdf).unwrap();

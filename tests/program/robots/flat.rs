@@ -1,4 +1,4 @@
-//! A robot as the program saves it, object by object, for tests of what its model builds.
+//! Reads a robot as saved by the program, object by object, for tests of models.
 
 use toml_edit::{DocumentMut, Item, Table};
 
@@ -26,7 +26,7 @@ pub type Mesh = (Vec<[f64; 3]>, Vec<[usize; 3]>);
 pub struct Frame([f64; 3], [f64; 4]);
 
 impl Robot {
-    /// Builds a model with these lines in its table.
+    /// Builds a model with these lines in its scene table.
     pub fn new(model: &str, lines: &str) -> Self {
         let place = Place::scene(&format!("[[model]]\nmodel = \"{model}\"\n{lines}\n"));
         place.tatu(&["convert", "scene.toml", "flat.toml"]).good();
@@ -98,11 +98,11 @@ impl Object {
     pub fn number(&self, key: &str) -> f64 {
         self.numbers(key)[0]
     }
-    /// Returns a switch; those that are off by default are left out when off.
+    /// Returns a Boolean property; those that default to false are omitted from the file if they are false.
     pub fn is(&self, key: &str) -> bool {
         self.table.get(key).and_then(Item::as_bool) == Some(true)
     }
-    /// Returns whether pictures show it.
+    /// Returns whether the object is visible in pictures.
     pub fn is_visible(&self) -> bool {
         self.table.get("visible").and_then(Item::as_bool) != Some(false)
     }

@@ -1,4 +1,4 @@
-//! Tests of what the model of the Manta builds: its meshes, and the curves by which its front wheels are steered.
+//! Tests of the Manta model: its meshes, and the curves by which its front wheels are steered.
 
 use super::flat::{Robot, is_closed};
 

@@ -1,4 +1,4 @@
-//! Tests of what the model of the Pioneer builds: its tree, its masses, and what collides and is seen.
+//! Tests of the Pioneer model: its tree, its masses, and which shapes collide and are visible.
 //!
 //! Source: V-REP's model and the data sheets, `tests/facts/pioneer.md`.
 

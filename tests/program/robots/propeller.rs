@@ -65,7 +65,7 @@ fn a_hull_heaves_as_its_waterline_says() {
 
 #[test]
 fn drag_brakes_exactly_as_much_as_it_says() {
-    // In a current of 1 m/s a hull that floats is taken along: v = 1 - e^(-D t / (2 m)), half of it being in the water.
+    // In a current of 1 m/s, a floating hull is carried along: v = 1 - e^(-D t / (2 m)), with half of it in the water.
     let water = actuator(
         "buoyancy",
         "size_m = [0.4, 0.4, 0.2]\ncurrent_m_s = [1.0, 0.0, 0.0]\nlinear_drag = [32.0, 0.0, 0.0, 0.0, 0.0, 0.0]",

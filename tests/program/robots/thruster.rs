@@ -488,7 +488,7 @@ fn what_an_actuator_reports_is_read_as_a_sensor_is() {
         }
     }
     let place = with_motor(&jointed("motor", "revolute", "fail = 4.0"));
-    place.run(&["--seconds", "0.2"]).tells(&["beside the fields that it reports", "org.example.motor"]);
+    place.run(&["--seconds", "0.2"]).tells(&["outside the fields that it reports", "org.example.motor"]);
     let place = with_motor(&jointed("motor", "revolute", "fail = 5.0"));
     place.run(&["--seconds", "0.2"]).tells(&["`motor.state` is not a number", "org.example.motor"]);
 }

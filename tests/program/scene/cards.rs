@@ -1,4 +1,4 @@
-//! Tests of cards: what a model does, measured beside its sheet; and of payloads.
+//! Tests of model cards, which compare measurements with the data sheet, and of payloads.
 
 use crate::kit::*;
 
@@ -75,7 +75,7 @@ fn what_a_model_does_is_measured_written_and_graded() {
     let told = place.tatu(&["describe", "cart", "--json"]).good().json();
     assert!(told["grade"].as_str().unwrap().starts_with("A: "), "{told}");
     assert_eq!((&told["measures"][1]["measured"], &told["not_shown"][0]), (&3.0.into(), &"air".into()));
-    // The card no longer says what is measured; then the model is no longer as its sheet.
+    // First the card deviates from the measurement, then the measurement from the data sheet.
     let stale = place.read("models/cart/card.toml").replace("measured = 3.0\n", "measured = 3.05\n");
     place.write("models/cart/card.toml", &stale);
     let said = place.tatu(&["measure", "cart"]);

@@ -1,4 +1,4 @@
-//! Edits by clients of a stopped world: undone, redone, saved into the text of the scene, and read again.
+//! Tests of edits by clients of a stopped world: undone, redone, saved to the text of the scene, and read again.
 
 use std::{
     fs,
@@ -61,7 +61,7 @@ impl Editor {
         assert!(self.from.read_line(&mut line).unwrap() > 0, "the program has ended");
         serde_json::from_str(&line).unwrap()
     }
-    /// Calls a command; its results, or its error.
+    /// Calls a command; returns its results, or its error.
     fn attempt(&mut self, name: &str, args: Value) -> Result<Value, String> {
         let answer = self.ask(&json!({ "id": 1, "call": name, "args": args }));
         match answer.get("error") {
@@ -86,7 +86,7 @@ impl Editor {
     fn path(&mut self, object: &Value) -> String {
         self.call("sim.getObjectAlias", json!([object, 2])).as_str().unwrap().to_owned()
     }
-    /// Everything that can be set, by path, rounded; scripts with their owners.
+    /// Returns all settable properties by path, rounded, and the scripts with their objects.
     fn all(&mut self) -> Vec<String> {
         let mut out = Vec::new();
         for object in self.call("tatu.list", json!([])).as_array().unwrap().clone() {
@@ -130,7 +130,7 @@ fn scene(place: &Place) -> String {
     fs::read_to_string(place.path().join("scene.toml")).unwrap()
 }
 
-/// Lines of a text that another one lacks.
+/// Returns the lines of a text that another one lacks.
 fn lines_beside<'a>(text: &'a str, other: &str) -> Vec<&'a str> {
     text.lines().filter(|l| !other.lines().any(|o| o == *l)).collect()
 }
@@ -187,7 +187,7 @@ fn moving_a_box_changes_one_line_of_the_file() {
     assert_eq!(lines_beside(&saved, SCENE), ["position_m = [0.25, 0.1, 0.41]   # near the edge"]);
     assert_eq!(saved.lines().count(), SCENE.lines().count());
     assert_eq!(e.call("tatu.edits", json!([]))["unsaved"], false);
-    // Back to where it was, the file is as it was.
+    // When the object is moved back, the file is the same as before.
     e.call("tatu.undo", json!([]));
     assert_eq!(e.call("tatu.edits", json!([]))["unsaved"], true);
     e.attempt("tatu.saveScene", json!([])).unwrap();
@@ -245,8 +245,8 @@ fn a_file_that_others_changed_is_not_overwritten_unasked() {
     assert!(!scene(&place).contains("# mine") && !other.exists());
 }
 
-/// What a person changes during a run is taken back by the stop, except texts of scripts; older edits can be undone
-/// again then, and nothing that scripts did is saved.
+/// A stop reverts edits during a run, except for texts of scripts; older edits can then be undone again, and no effects
+/// of scripts are saved.
 #[test]
 fn a_stop_takes_back_what_was_edited_in_a_run() {
     let place = place();
@@ -279,7 +279,7 @@ fn a_stop_takes_back_what_was_edited_in_a_run() {
     assert_eq!(e.call("tatu.undo", json!([])), "Move table");
 }
 
-/// Random edits, saved every few: what is read again is what was saved.
+/// Random edits, saved every few edits: reading the file yields what was saved.
 #[test]
 fn whatever_was_edited_is_read_again() {
     for seed in 0..3_u64 {
@@ -322,7 +322,7 @@ fn whatever_was_edited_is_read_again() {
     }
 }
 
-/// A session with edits and undos, a start, a run and a stop, replayed from its log, comes to the same hash.
+/// The replay of a session with edits, undos, a start, a run and a stop yields the same hash.
 #[test]
 fn a_session_with_edits_is_replayed() {
     let place = place();

@@ -1,4 +1,4 @@
-//! Tests of what a scene adds to, takes out of and replaces in models: slots, `remove`, `replace`.
+//! Tests of changes to models by scenes: slots, `remove`, `replace`.
 
 use super::folder_models::{CLAW, flat, has, object, place};
 use crate::kit::*;
@@ -14,12 +14,12 @@ fn devices_go_into_slots() {
     has(&text, "nose", &["parent = \"front\"", "size_m = [0.5, 0.02, 0.02]", "position_m = [0.0, 0.0, 0.1]"]);
     has(&text, "eye", &["parent = \"top\"", "range_m = 3.0"]);
     has(&text, "mark", &["parent = \"top\""]);
-    // The parameter of what is in a slot is set by its path.
+    // A parameter of a device in a slot is set by its path.
     let text = flat(&place, &["--set", "/a/front/nose.reach_m=0.25"]);
     has(&text, "nose", &["size_m = [0.25, 0.02, 0.02]"]);
 }
 
-/// A sensor in place of another one, on a model of code as well as on one of text.
+/// A sensor replaces another one, both in a model built by a plugin and in one without code.
 #[test]
 fn parts_are_removed_and_replaced() {
     let place = place(
@@ -30,10 +30,10 @@ fn parts_are_removed_and_replaced() {
     let text = flat(&place, &[]);
     let names = |name: &str| text.matches(&format!("alias = \"{name}\"\n")).count();
     assert_eq!((names("led_0"), names("led_1"), names("arm"), names("claw"), names("tip")), (1, 2, 1, 1, 1), "{text}");
-    // It stands where the old one stood: half a wheel's radius above the middle.
+    // It has the position of the old one: half a wheel's radius above the middle.
     has(&text, "eye", &["parent = \"b#0\"", "position_m = [0.0, 0.0, 0.05]"]);
     assert!(object(&text, "claw").contains("size_m = [0.7, 0.02, 0.02]"), "{text}");
-    // What the model sets on a part that is gone is dropped with it.
+    // Settings of the model for a removed part are dropped with it.
     let place = super::folder_models::place("[[model]]\nmodel = \"rover\"\nremove = [\"led_1\"]\n");
     assert!(!flat(&place, &[]).contains("led_1"));
 
@@ -66,15 +66,15 @@ fn parts_of_imports_and_plain_scenes_are_changed() {
     has(&text, "loop", &["parent = \"bar\"", "position_m = [1.0, 2.0, 3.0]"]);
 }
 
-/// Every error says where it is, what was expected and, if there is one, what was meant.
+/// Each error states its location, what was expected and, if there is one, the most similar name.
 #[test]
 fn wrong_changes_are_refused() {
     for (wrong, words) in [
         ("slots = { frnt = { model = \"claw\" } }", &["E110", "no slot `frnt`", "one of front, top", "`front`?"][..]),
         ("slots = { front = { model = \"clw\" } }", &["E107", "no model `clw`", "did you mean `claw`?"]),
         ("slots = { front = 3 }", &["E102", "`front`: expected a table or a list of tables"]),
-        ("slots = { front = { sensor = \"proximity\", parent = \"top\" } }", &["E101", "the model decides"]),
-        ("slots = { front = { model = \"bolt\" } }", &["E102", "takes `sensor-plate`", "mounted by `thread`"]),
+        ("slots = { front = { sensor = \"proximity\", parent = \"top\" } }", &["E101", "the model determines it"]),
+        ("slots = { front = { model = \"bolt\" } }", &["E102", "accepts `sensor-plate`", "mounted by `thread`"]),
         ("slots = 3", &["E102", "`slots` is not a table"]),
         ("remove = [\"amr\"]", &["E110", "no object `amr`", "did you mean `arm`?"]),
         ("remove = [\"body\"]", &["E110", "`body` is not below the base"]),
@@ -90,7 +90,7 @@ fn wrong_changes_are_refused() {
     }
 }
 
-/// A model's own `[set]` moves its parts before they are replaced, a part of code or text as well as a single object.
+/// A model's own `[set]` moves parts before they are replaced, whether these are models or single objects.
 #[test]
 fn what_replaces_a_part_stands_where_the_model_set_it() {
     let place = Place::scene(
@@ -118,7 +118,7 @@ fn what_replaces_a_part_stands_where_the_model_set_it() {
     has(&text, "arm", &["position_m = [0.0, 0.0, 5.0]"]);
 }
 
-/// Each change costs what its own model has, not what the scene has, or this test would take minutes.
+/// The cost of a change depends on the size of its model, not of the scene; otherwise this test would take minutes.
 #[test]
 fn many_models_are_changed() {
     let place = Place::scene("[[model]]\nmodel = \"crowd\"\n");

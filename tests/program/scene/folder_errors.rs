@@ -1,4 +1,4 @@
-//! Tests of errors in the text of a model: each points to its line in `model.toml`.
+//! Tests of errors in model files: each refers to a line of `model.toml`.
 
 use super::folder_models::{ROVER, place};
 
@@ -9,7 +9,7 @@ fn refused(old: &str, new: &str, words: &[&str]) {
     told((old, new), first..=first + new.matches('\n').count(), words);
 }
 
-/// Takes out a line; the error must be at a line that is given, since what is missing has none.
+/// Removes a line; the error must be at a given line, because a missing key has no line of its own.
 fn lacks(old: &str, at: &str, words: &[&str]) {
     let line = 1 + ROVER[..ROVER.find(at).unwrap()].matches('\n').count();
     told((old, ""), line..=line, words);
@@ -24,7 +24,7 @@ fn told((old, new): (&str, &str), mut lines: std::ops::RangeInclusive<usize>, wo
     done.refused(words);
     let here = lines.any(|line| done.err.contains(&format!("models/rover/model.toml:{line}:")));
     assert!(here, "{old} > {new}: at another line\n{}", done.err);
-    // Who does not use it is not disturbed.
+    // Scenes that do not use the model are not affected.
     place.write("other.toml", "format = 1\n[[model]]\nmodel = \"claw\"\n");
     place.tatu(&["check", "other.toml"]).good();
 }
@@ -37,7 +37,7 @@ fn errors_in_expressions_are_at_their_line() {
     refused(at, "\"=wheel_radius + look\"", &["E111", "does not work between the number 0.1 and the text 'plain'"]);
     refused(at, "\"=sqr(2)\"", &["E111", "no function `sqr`", "did you mean `sqrt`?"]);
     refused(at, "\"=(1\"", &["E111", "expected `)`"]);
-    // What an expression yields is checked like what is written.
+    // Results of expressions are checked like literal values.
     refused("\"=length / 4\"", "\"=look\"", &["E102", "`reach_m`", "found the text \"plain\"", "scene.toml:"]);
     refused(
         "size_m = [\"=length\"",
@@ -71,8 +71,8 @@ fn errors_in_declarations_are_at_their_line() {
     refused("[[object]]\nkind = \"shape\"", "[[model]]\nmodel = \"claw\"", &["E111", "duplicate key", "[[object]]"]);
 }
 
-/// What is found when all objects exist is at its line as well, though expressions and left out entries are shorter or
-/// longer in the text that is built than in the file.
+/// Errors that are found when all objects exist also refer to the right line, although expressions and omitted entries
+/// differ in length between the generated text and the file.
 #[test]
 fn errors_found_later_are_at_their_line() {
     let place = crate::kit::Place::scene("[[model]]\nmodel = \"m\"\n");
@@ -86,7 +86,7 @@ fn errors_found_later_are_at_their_line() {
     place.tatu(&["check", "scene.toml"]).refused(&["E101", "models/m/model.toml:15:", "15 | \"base.layr\" = 1"]);
 }
 
-/// What is not a text of a model is named with its file.
+/// A file that is not a model file is reported with its path.
 #[test]
 fn files_that_are_no_models_are_named() {
     let place = crate::kit::Place::scene("[[model]]\nmodel = \"m\"\n");

@@ -1,8 +1,8 @@
-//! Tests of model folders that would need too much: each is refused at its line, or costs no more than it should.
+//! Tests of model folders that would need excessive resources: each is refused with its line, or its cost is bounded.
 
 use crate::kit::*;
 
-/// A scene that places a model with this text below its `[model]`.
+/// Creates a scene with a model whose file has this text below its `[model]`.
 fn of(text: &str) -> Place {
     let place = Place::scene("[[model]]\nmodel = \"much\"\n");
     place.write("models/much/model.toml", &format!("format = 1\n[model]\ntext = \"T.\"\n{text}"));
@@ -45,7 +45,7 @@ fn values_are_limited() {
 #[test]
 fn repetitions_are_limited_in_all() {
     let entry = "[[object]]\nkind = \"dummy\"\nrepeat = 6000\n";
-    refused(&format!("{BASE}{entry}{entry}"), 12, "the model repeats more than 10000 entries in all");
+    refused(&format!("{BASE}{entry}{entry}"), 12, "the model has more than 10000 repetitions in total");
     // Each repetition is read with the lines above it.
     let entry = format!("[[object]]\nkind = \"dummy\"\n{}repeat = 10000\n", "\n".repeat(2_000_000));
     refused(&format!("{BASE}{entry}"), 2_000_009, "the repetitions of the model have more than 64 MiB of text");

@@ -1,5 +1,5 @@
-//! Tests of models without code: folders with a `model.toml`, their parameters, where they are found, and what runs of
-//! them record.
+//! Tests of models without code: folders with a `model.toml`, their parameters, where they are found, and what input
+//! logs contain of them.
 
 use serde_json::Value;
 
@@ -8,10 +8,10 @@ use crate::kit::{said::said, *};
 /// A robot with three parameters and two slots.
 pub const ROVER: &str = include_str!("../../outside/rover/models/rover/model.toml");
 
-/// What it carries.
+/// A device for a slot of the robot.
 pub const CLAW: &str = include_str!("../../outside/rover/models/claw/model.toml");
 
-/// A folder with both models, and a scene with these entries.
+/// Creates a folder with both models, and a scene with these entries.
 pub fn place(scene: &str) -> Place {
     let place = Place::scene(scene);
     place.write("models/rover/model.toml", ROVER).write("models/claw/model.toml", CLAW);
@@ -19,13 +19,13 @@ pub fn place(scene: &str) -> Place {
     place
 }
 
-/// The scene with all objects one by one.
+/// Returns the scene with all objects written separately.
 pub fn flat(place: &Place, args: &[&str]) -> String {
     place.tatu(&[&["convert", "scene.toml", "flat.toml"], args].concat()).good();
     place.read("flat.toml")
 }
 
-/// The text of the object with a unique name or, if it has none, an alias.
+/// Returns the text of the object with a unique name or, if it has none, an alias.
 pub fn object<'t>(flat: &'t str, name: &str) -> &'t str {
     let named = |key: &str| flat.split("[[object]]").find(|o| o.contains(&format!("\n{key} = \"{name}\"\n")));
     named("name").or_else(|| named("alias")).unwrap_or_else(|| panic!("no {name} in\n{flat}"))
@@ -39,7 +39,7 @@ pub fn has(flat: &str, name: &str, lines: &[&str]) {
     }
 }
 
-/// Four of one model, each with other parameters; the numbers follow from the expressions.
+/// Four instances of one model with different parameters; the expected numbers follow from the expressions.
 #[test]
 fn each_instance_has_its_own_parameters() {
     let place = place(
@@ -68,7 +68,7 @@ fn each_instance_has_its_own_parameters() {
     place.tatu(&["check", "scene.toml"]).good();
 }
 
-/// The models as their authors keep them.
+/// Models in the folders in which their authors develop them.
 #[test]
 fn models_of_others_work() {
     let from = root().join("tests/outside/rover");
@@ -134,7 +134,7 @@ fn runs_replays_and_snapshots_have_the_same_bits() {
     let first = hash(place.run(&["--steps", "30", "--log", "run.log", "--snapshot-at", "0.5", "at.snap"]));
     assert_eq!(first, hash(place.run(&["--steps", "30", "--threads", "2"])));
     assert_eq!(first, hash(place.run(&["--steps", "30", "--from", "at.snap"])));
-    // The log needs neither the scene nor the models, even where others of the same name are.
+    // A replay needs neither the scene nor the models, even if there are other models of the same name.
     let other = Place::new();
     other.write("models/rover/model.toml", CLAW);
     std::fs::copy(place.path().join("run.log"), other.path().join("run.log")).unwrap();
@@ -178,7 +178,7 @@ fn scripts_list_and_add_models_of_folders() {
     assert!(done.out.contains("/body\ttrue"), "{}\n{}", done.out, done.err);
 }
 
-/// What the program prints about them; a broken one is a warning, and harms nobody else.
+/// The output of the program about models; a broken one causes a warning, and does not affect others.
 #[test]
 fn models_of_folders_are_listed_and_described() {
     let place = place(TWO);

@@ -1,8 +1,8 @@
-//! Tests of images on surfaces: what a vision sensor sees of them, pictures, scene files, and what is refused.
+//! Tests of textures: images of vision sensors, pictures, scene files, and invalid textures.
 
 use crate::kit::*;
 
-/// Returns an image of 2 x 2 squares of so many pixels: red and green above, blue and white below.
+/// Returns an image of 2 x 2 squares with a side in pixels: red and green above, blue and white below.
 fn squares(size: u32) -> Vec<u8> {
     let mut out = Vec::new();
     let mut encoder = png::Encoder::new(&mut out, 2 * size, 2 * size);
@@ -80,7 +80,7 @@ fn a_vision_sensor_sees_the_squares_where_they_are() {
 
 #[test]
 fn a_turned_projection_turns_the_image() {
-    // Turned by half a turn, red is where white was.
+    // Rotated by 180 degrees, red is where white was.
     let place = place(&format!("{}{EYE}", floor(", orientation_deg = [0, 0, 180]")));
     let done = place.tatu(&["run", "scene.toml", "--steps", "2"]);
     assert!(done.err.contains("not 0"), "{}", done.err);
@@ -94,7 +94,7 @@ fn a_snapshot_keeps_images() {
     assert!(done.out.contains("all squares") || done.err.contains("all squares"), "{}", done.err);
 }
 
-/// The floor as a mesh of two triangles whose file has the places in the image.
+/// The floor as a mesh of two triangles, whose file has texture coordinates.
 const FLOOR: &str = "mtllib floor.mtl\nv -3 -3 0\nv 3 -3 0\nv 3 3 0\nv -3 3 0\nvt -1 -1\nvt 2 -1\nvt 2 2\nvt -1 2\n\
     usemtl tiles\nf 1/1 2/2 3/3 4/4\n";
 
@@ -110,7 +110,7 @@ fn coordinates_of_a_mesh_file_place_the_image() {
     }
     let done = place.tatu(&["run", "scene.toml", "--steps", "2"]).good();
     assert!(done.out.contains("all squares") || done.err.contains("all squares"), "{}", done.err);
-    // In a converted scene it is a PLY file with the places.
+    // In a converted scene, it is a PLY file with texture coordinates.
     place.tatu(&["convert", "scene.toml", "again.toml"]).good();
     let again = place.tatu(&["run", "again.toml", "--steps", "2"]).good();
     assert!(again.out.contains("all squares") || again.err.contains("all squares"), "{}", again.err);
@@ -214,7 +214,7 @@ function sysCall_init()
 end
 ''' }
 ";
-    // The image is there again, as the camera sees.
+    // The texture is there again, as the image of the camera shows.
     let place = place(&format!("{}{script}{EYE}", floor("")));
     let done = place.tatu(&["run", "scene.toml", "--steps", "2"]).good();
     assert!(done.out.contains("all squares") || done.err.contains("all squares"), "{}", done.err);

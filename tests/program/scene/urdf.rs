@@ -199,7 +199,7 @@ fn two_of_one_file_have_names_of_their_own() {
     for name in ["cart", "cart#0", "left_wheel", "left_wheel#0", "left_wheel#1", "third#1"] {
         assert!(scene.find_name(name).is_some(), "{name}");
     }
-    // Placed as a model is: turned by a quarter, its left wheel is to the west.
+    // Placed like a model and rotated by 90 degrees, its left wheel is to the west.
     let wheel = scene.world(scene.find_name("left_wheel#0").unwrap()).translation.vector;
     assert!((wheel.x + 0.2).abs() < 1e-9 && (wheel.y - 2.0).abs() < 1e-9, "{wheel}");
     // A fixed base stays.
@@ -278,7 +278,7 @@ fn files_outside_are_not_read() {
         run(program(), &inner, &["check", "scene.toml"], &[]).refused(&[
             "E120",
             "a.urdf",
-            "lies outside",
+            "is outside",
             "scene.toml:3",
         ]);
     }
@@ -301,7 +301,7 @@ fn errors_name_the_file_and_the_line() {
         ("child link=\"bar\"", "child link=\"baar\"", 12, "`baar`"),
         ("child link=\"bar\"", "child link=\"world\"", 12, "to itself"),
         ("type=\"continuous\"", "type=\"rubber\"", 12, "rubber"),
-        ("name=\"bar\"", "name=\"world\"", 4, "two links are called `world`"),
+        ("name=\"bar\"", "name=\"world\"", 4, "two links are named `world`"),
         ("</inertial>", "</inertia>", 9, "not well-formed"),
         ("size=\"0.04 0.04 1.0\"", "size=\"0.04 0 1.0\"", 4, "expected a length greater than 0"),
         ("<robot name=\"pendulum\">", "<robt name=\"x\">", 2, "the root element is <robt>"),
@@ -336,7 +336,7 @@ fn scenes_with_wrong_imports_are_refused() {
     for (text, words) in [
         ("file = \"none.urdf\"", &["E105", "none.urdf", "scene.toml:3"][..]),
         ("file = \"notes.txt\"", &["E121", "notes.txt", "urdf", "scene.toml:3"]),
-        ("alias = \"x\"", &["E104", "without `file`"]),
+        ("alias = \"x\"", &["E104", "has no `file`"]),
     ] {
         place.write("scene.toml", &format!("format = 1\n[[import]]\n{text}\n"));
         place.tatu(&["check", "scene.toml"]).refused(words);
@@ -429,8 +429,8 @@ fn light_geared_links_get_a_rotor() {
     assert_eq!(scene.matches("armature_kg = 0.05").count(), 2, "{scene}");
     // Two links at 30 mm from the axis.
     assert_eq!(scene.matches("armature_kg_m2 = 0.00017").count(), 1, "{scene}");
-    assert_eq!(told.matches("weighs 15 g: it gets an armature of 5.00e-2 kg").count(), 2, "{told}");
-    assert_eq!(told.matches("it gets an armature").count(), 3, "{told}");
+    assert_eq!(told.matches("only 15 g: an armature of 5.00e-2 kg is assumed").count(), 2, "{told}");
+    assert_eq!(told.matches("an armature of").count(), 3, "{told}");
 }
 
 #[test]
@@ -469,7 +469,7 @@ fn sliders_stop_at_their_limits_and_what_is_not_done_is_told() {
     let done = place.tatu(&args).good();
     for words in [
         "`table` is planar",
-        "the mesh `a.dae` is left out: the file does not exist",
+        "the mesh `a.dae` is ignored: the file does not exist",
         "1 x <transmission>",
         "`light`: the link can move but has no mass: 0.020 kg is assumed",
     ] {

@@ -338,10 +338,13 @@ fn conditions_stop_a_run() {
         (done.json()["sim_time_s"].as_f64().unwrap(), done.err)
     };
     let (time, err) = steps("time=1");
-    assert!((time - 1.0).abs() < 1e-9 && err.contains("auto_stop: the time is over at 1.00 s"), "{time} {err}");
+    assert!(
+        (time - 1.0).abs() < 1e-9 && err.contains("auto_stop: the time limit is reached at 1.00 s"),
+        "{time} {err}"
+    );
     // 0.195 m/s.
     let (time, err) = steps("object=/Pioneer_p3dx,way=0.5");
-    assert!(time > 2.5 && time < 2.8 && err.contains("m are gone"), "{time} {err}");
+    assert!(time > 2.5 && time < 2.8 && err.contains("the object has moved 0.5"), "{time} {err}");
     let (time, _) = steps("region=0.3,-1,1,1");
     assert!(time > 1.5 && time < 1.8, "{time}");
     let (time, _) = steps("region=-0.4,-1,0.4,1,outside=true");
@@ -350,9 +353,9 @@ fn conditions_stop_a_run() {
     let place = Place::scene(&format!("{FLOOR}{}{wall}", pioneer(DRIVE, "")));
     let done = shipped(&place, "auto_stop", "hit=true", &["--seconds", "20"]).good();
     assert!(done.err.contains("touch at") && done.json()["sim_time_s"].as_f64().unwrap() < 3.0, "{}", done.err);
-    // It pushes against the wall and does not move.
+    // The robot pushes against the wall and does not move.
     let done = shipped(&place, "auto_stop", "still=2", &["--seconds", "60"]).good();
-    assert!(done.err.contains("it stands still"), "{}", done.err);
+    assert!(done.err.contains("the object stands still"), "{}", done.err);
 }
 
 #[test]

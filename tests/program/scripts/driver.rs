@@ -322,7 +322,7 @@ fn two_main_scripts_are_refused_where_the_second_stands() {
     let one = main_script("", "4.9");
     let other = one.replace("\"driver\"", "\"other\"");
     let done = Place::scene(&format!("{one}{other}")).tatu(&["check", "scene.toml"]);
-    done.refused(&["E118", "scene.toml:", "there is already a main script, that of `driver`", "at most one"]);
+    done.refused(&["E118", "scene.toml:", "the scene already has a main script, on `driver`", "at most one"]);
     let unknown = one.replace("\"main\"", "\"mian\"");
     Place::scene(&unknown).tatu(&["check", "scene.toml"]).refused(&["E102", "`mian`", "did you mean `main`?"]);
 }

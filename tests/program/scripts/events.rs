@@ -26,7 +26,7 @@ fn what_is_declared_is_listed() {
     let collision = all.iter().find(|e| e["name"] == "collision").unwrap();
     let fields: Vec<_> = collision["fields"].as_array().unwrap().iter().map(|f| f.as_str().unwrap()).collect();
     assert_eq!(fields, ["a", "b", "a_path", "b_path", "point", "normal", "force"]);
-    assert!(place.tatu(&["list", "events"]).good().out.contains("Two shapes begin to touch."));
+    assert!(place.tatu(&["list", "events"]).good().out.contains("Two shapes have come into contact."));
 }
 
 /// A ball of 0.1 m, whose lowest point is 0.5 m above the floor, lands after sqrt(2 * 0.5 / 9.81) = 0.319 s: within the

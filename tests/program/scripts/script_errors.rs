@@ -112,7 +112,7 @@ fn beginners_are_told_what_to_do() {
         ("function sysCall_init()\nif x then\ny = 1\nend", "'end' expected", "of line 1 has none"),
         ("if x = 1 then end", "'then' expected near '='", "`==`"),
         ("x = 'open", "unfinished string", "same line"),
-        ("for i = 1, 3 do end end", "<eof> expected near 'end'", "an `end` without a block"),
+        ("for i = 1, 3 do end end", "<eof> expected near 'end'", "this `end` does not belong to a block"),
     ];
     for (script, words, help) in cases {
         let found = errors(script, "");

@@ -1,5 +1,5 @@
-//! Sensors that measure after each physics step, as state: the same numbers with any number of threads, after a snapshot,
-//! and in a replay.
+//! Tests of the state of sensors that measure after each physics step: the same readings with any number of threads,
+//! after a snapshot, and in a replay.
 
 use crate::kit::*;
 
@@ -89,7 +89,7 @@ fn what_is_felt_is_the_same_with_any_threads_after_a_snapshot_and_in_a_replay() 
     place.tatu(&all).good();
     let again: Vec<String> = place.read("again.jsonl").lines().map(str::to_owned).collect();
     assert_eq!(whole[..80], again[..80], "a replay");
-    // Each has felt something.
+    // Each sensor has measured something.
     let lines = place.lines("one.jsonl");
     for path in paths {
         let told = |l: &Line| l.0["readings"][path].to_string();

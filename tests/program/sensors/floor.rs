@@ -6,7 +6,7 @@ use crate::kit::*;
 const TRACK: &str = "[[object]]\nkind = \"shape\"\nalias = \"floor\"\nprimitive = \"plane\"\ncolor = [1, 1, 1]\n\
     [[object]]\nkind = \"shape\"\nalias = \"line\"\nsize_m = [0.02, 4, 0.001]\nposition_m = [0, 0, 0.0005]\ncolor = [0, 0, 0]\n";
 
-/// Returns a sensor that looks down from a place, with its +x along the world's.
+/// Returns a sensor at a position that points down, with its +x along the world's.
 fn array(at: [f64; 3], keys: &str) -> String {
     format!(
         "[[object]]\nkind = \"sensor\"\nalias = \"array\"\nsensor = \"floor\"\nposition_m = {at:?}\n\

@@ -25,7 +25,7 @@ fn a_scale_weighs_what_stands_on_it() {
     let scene = format!(
         "{scale}{load}{}{}{}{}{}",
         sensor("contact", "/scale", ""),
-        // The load's place is in one sector and one region, and not in others.
+        // The load is in one sector and one region, and not in the others.
         more("ahead", "sector_deg = 90.0"),
         more("behind", "sector_deg = 90.0\ndirection_deg = 180.0"),
         more("corner", "region_m = [0.2, -0.3, 0.0, 0.4, -0.1, 0.1]"),
@@ -203,12 +203,12 @@ fn a_sensor_whose_object_is_removed_is_switched_off_and_named() {
     let feeler = sensor("contact", "/box", "shape = \"/pad\"");
     let place = Place::scene(&format!("{FLOOR}{pad}{body}{feeler}{}", watcher("remover", script)));
     let done = place.run(&["--steps", "10", "--trace", "t.jsonl", "--watch", "/box/contact"]);
-    done.tells(&["/box/contact", "the object that it feels does not exist, or has been removed"]);
-    assert_eq!(done.err.matches("the object that it feels").count(), 1, "{}", done.err);
+    done.tells(&["/box/contact", "the object that it measures does not exist, or has been removed"]);
+    assert_eq!(done.err.matches("the object that it measures").count(), 1, "{}", done.err);
     let forces: Vec<f64> =
         place.lines("t.jsonl").iter().map(|line| line.sensor("/box/contact", "contact.normal_force")).collect();
     assert!((forces[2] - 9.81).abs() < 0.1, "{forces:?}");
-    // It does not go on with the force of the box, which is five times that.
+    // The reading does not continue with the force of the box, which is five times as high.
     assert!(forces[4..].iter().all(|f| *f == 0.0), "{forces:?}");
 }
 

@@ -1,4 +1,4 @@
-//! Tests of sensors of motion and place against closed forms: inertial units, encoders, compasses, barometers.
+//! Tests of sensors of motion and position against closed forms: inertial units, encoders, compasses, barometers.
 
 use std::f64::consts::{FRAC_PI_2, TAU};
 
@@ -98,7 +98,7 @@ fn the_tip_of_a_swinging_rod_feels_four_times_its_weight() {
             l.status().into_iter().map(|s| s.split(' ').map(|x| x.parse().unwrap()).collect()).collect::<Vec<_>>()
         })
         .collect();
-    // It is lowest after 0.4834 s, where the tip feels 3 g by its velocity and 1 g by its weight.
+    // The rod is lowest after 0.4834 s, where the tip measures 3 g by its velocity and 1 g by its weight.
     let mut greatest = 0.0_f64;
     for row in told.iter().filter(|row| (0.45..0.517).contains(&row[0])) {
         let (angle, velocity) = pendulum(row[0]);
@@ -118,7 +118,7 @@ fn counts_are_the_turns_of_the_wheel() {
     let scene = format!("{}{}", turntable(37.0), sensor("wheel_encoder", "/stand/motor", keys));
     let path = "/stand/motor/wheel_encoder";
     let lines = Place::scene(&scene).trace(&[path, "/stand/motor/arm"], &["--seconds", "30"]);
-    // Where the arm points tells the fraction of a turn, and the velocity how many turns there were.
+    // The direction of the arm determines the fraction of a turn, and its velocity the number of full turns.
     let mut turns = 0.0;
     for (i, line) in lines.iter().enumerate() {
         let angle = yaw(line.object("/stand/motor/arm", "quaternion")) / TAU;
@@ -185,7 +185,7 @@ fn a_barometer_reads_the_standard_atmosphere() {
         assert!((found - pressure).abs() < 0.1, "{found} Pa at {} m, not {pressure}", origin + z);
         assert!((line.sensor("/barometer", "pressure.altitude") - origin - z).abs() < 1e-6);
     }
-    // 10 hPa less at the sea: an altimeter that is not set tells a higher altitude.
+    // 10 hPa less at sea level: an altimeter that is not set shows a higher altitude.
     let scene = sensor("barometer", "", "sea_level_pressure_pa = 100325.0").replace("parent = \"\"\n", "");
     let line = Place::scene(&scene).trace(&["/barometer"], &["--steps", "1"]).pop().unwrap();
     assert_eq!(line.sensor("/barometer", "pressure.pressure"), 100_325.0);

@@ -3,8 +3,8 @@
 
 use crate::kit::*;
 
-/// Returns a ray on a joint on a body at (0, 0, 0.3) that points along the joint's x axis; plates whose faces are at x
-/// = 2, y = 3 and x = -4; the last is a child of a cart.
+/// Returns a ray on a joint on a body at (0, 0, 0.3) that points along the joint's x axis, and plates whose faces are
+/// at x = 2, y = 3 and x = -4; the last plate is a child of a cart.
 fn scene(script: &str) -> String {
     let plates = [
         cuboid("ahead", [0.2, 4.0, 1.0], [2.1, 0.0, 0.5], ""),

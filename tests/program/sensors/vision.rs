@@ -383,9 +383,9 @@ fn six_sensors_make_an_image_of_all_around() {
             assert(simVision.handleSpherical(-1, six, math.pi / 3, 0.1, far) == 1)
             assert(sim.readVisionSensor(six[3]) == -1)
             local function why(...) local ok, e = pcall(simVision.handleSpherical, ...) assert(not ok) return e end
-            assert(why(-1, six, 1, 1):find('neither'))
+            assert(why(-1, six, 1, 1):find('both are -1'))
             assert(why(all, {1}, 1, 1):find('6 numbers'))
-            assert(why(all, six, 1, 1, six[1]):find('33 x 33: expected the same'))
+            assert(why(all, six, 1, 1, six[1]):find('33 x 33: expected equal sizes'))
         end",
     );
     Place::scene(&scene).run(&["--steps", "2"]).good();

@@ -106,7 +106,7 @@ fn a_circle_is_found() {
 #[test]
 fn nothing_in_the_core_imports_pictures() {
     for folder in fs::read_dir(root().join("core")).unwrap().map(|e| e.unwrap().path()) {
-        // What puts the simulator into other programs stands on top, too.
+        // Crates that embed the simulator in other programs are also at the top.
         if folder.ends_with("embed") {
             continue;
         }

@@ -25,7 +25,7 @@ pub fn files(folder: &Path) -> Vec<PathBuf> {
     entries.sort();
     for path in entries {
         let name = path.file_name().unwrap().to_string_lossy().into_owned();
-        // What is gathered for wheels is no source.
+        // Files that are gathered for wheels are not sources.
         let is_gathered =
             ["plugins", "scenes", "models", "addons", "_commands.pyi", "THIRD-PARTY.txt"].contains(&name.as_str());
         if is_gathered && folder.ends_with("python/tatu_sim") {

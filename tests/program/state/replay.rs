@@ -163,7 +163,7 @@ fn damaged_logs_are_told() {
     let other = format!("{},\"check\":\"\"}}\n{}", head.strip_suffix('}').unwrap(), String::from_utf8_lossy(&rest));
     replay(sealed_anew(&other, str::to_owned).as_bytes()).good().tells(&[
         "E117",
-        "was of version 99.0.0",
+        "had version 99.0.0",
         "`org.example.none` 1.0.0 is missing",
     ]);
 }

@@ -173,7 +173,7 @@ fn an_order_that_may_be_another_is_told() {
     let first = place.run(&["--seconds", "1", "--snapshot-at", "0.5", "state"]).good();
     assert!(!first.err.contains("order"), "{}", first.err);
     let rest = place.run(&["--seconds", "1", "--from", "state"]).good();
-    assert_eq!(rest.err.matches("their order may be another").count(), 1, "{}", rest.err);
+    assert_eq!(rest.err.matches("their order may differ").count(), 1, "{}", rest.err);
 }
 
 #[test]
@@ -216,7 +216,7 @@ fn a_thread_that_waits_comes_back_by_replay() {
     end";
     let place = Place::scene(&format!("{FLOOR}{}", watcher("waiter", threaded)));
     let err = goes_on(&place, 5.0, &[], &[]);
-    assert!(err.contains("restored by replay: the script of /waiter: its thread function waits"), "{err}");
+    assert!(err.contains("restored by replay: the script of /waiter: its thread function is waiting"), "{err}");
 }
 
 #[test]

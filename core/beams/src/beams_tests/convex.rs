@@ -42,7 +42,7 @@ fn beam(dice: &mut Dice, pose: Isometry3<f64>) -> Beam {
     beam
 }
 
-/// Casts on random forms. Returns the number of hits, and of those that the sampling confirmed.
+/// Casts random beams on random forms. Returns the number of hits, and the number of hits that the sampling confirmed.
 fn sweep(seed: u64, questions: usize, grid: usize, form: impl Fn(&mut Dice) -> Form) -> (usize, usize) {
     let mut dice = Dice(seed);
     let (mut hits, mut close) = (0, 0);

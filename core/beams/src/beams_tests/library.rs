@@ -59,7 +59,7 @@ fn pose(p: &Isometry3<f64>) -> Pose {
     Pose { translation: vector(&p.translation.vector), rotation: Rotation::from_xyzw(q.x, q.y, q.z, q.w) }
 }
 
-/// Returns parry's shape and its rotation: parry's cylinders are along y, ours along z.
+/// Returns parry's shape for a form, and its rotation: parry's cylinders are along y, those of a form along z.
 fn shape(form: &Form) -> (SharedShape, Pose) {
     let half = std::f64::consts::FRAC_1_SQRT_2;
     let y_to_z = Pose { translation: Vector::ZERO, rotation: Rotation::from_xyzw(half, 0.0, 0.0, half) };

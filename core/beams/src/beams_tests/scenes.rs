@@ -1,4 +1,4 @@
-//! Tests with many targets: the tree against testing every target; filters, ties, threads.
+//! Tests with many targets: the tree against tests of every target; filters, ties and threads.
 
 use std::sync::Arc;
 

@@ -224,13 +224,13 @@ fn inverse(radius: f64) -> f32 {
     if radius > 0.0 { (1.0 / radius) as f32 } else { 0.0 }
 }
 
-/// A target, and what all packets tested against it have in common.
+/// A target, with the data shared by all packets that are tested against it.
 struct Meet<'a> {
     walk: &'a Walk<'a>,
     index: u32,
     /// Rotation from the sensor's frame to the target's.
     turn: [[f32; 3]; 3],
-    /// Magnitude of the numbers that describe the form.
+    /// Magnitude of the coordinates that describe the form, m.
     size: f32,
     /// Lower bound of the distance to the target.
     bound: f32,

@@ -63,7 +63,7 @@ fn put<T>(all: &mut [T], at: usize, value: T) {
 /// Recomputes in 64 bits the distance of a surface that is known to be hit.
 ///
 /// If in 64 bits the ray misses the target, or hits a different part of it, the ray passes close to an edge, and the
-/// 32-bit result is kept.
+/// 32-bit result is used.
 #[cold]
 fn again(
     scene: &BeamScene,

@@ -29,7 +29,7 @@ pub(super) trait Shape<S: Simd> {
     fn surface(&self, simd: S, d: &V<S>, span: &Span<S>, more: &Self::More, leaving: M<S>) -> (F<S>, U<S>);
 }
 
-/// Returns a number with the sign of an end of the interval: positive where rays leave.
+/// Returns `size` with the sign of an end of the interval: positive where rays leave, negative where they enter.
 #[inline(always)]
 fn signed<S: Simd>(leaving: M<S>, size: F<S>) -> F<S> {
     leaving.select(size, -size)
@@ -71,7 +71,7 @@ pub(super) struct Cuboid {
 }
 
 impl<S: Simd> Shape<S> for Cuboid {
-    /// Parameters at which rays cross the planes perpendicular to x and y, in and out.
+    /// Parameters at which rays cross the planes perpendicular to x and y, on entry and on exit.
     type More = [F<S>; 4];
 
     #[inline(always)]

@@ -1,4 +1,4 @@
-//! 16 adjacent numbers, with operations that give the same bits at all levels.
+//! 16 adjacent values, with operations that give the same bits at all SIMD levels.
 
 use fearless_simd::{f32x16, mask32x16, prelude::*, u32x16};
 use nalgebra::{Matrix3, Vector3};
@@ -63,7 +63,7 @@ pub(super) fn splat<S: Simd>(simd: S, value: f32) -> F<S> {
     F::splat(simd, value)
 }
 
-/// Returns the inverses; for components near zero it is a finite number large enough to act as infinity.
+/// Returns the inverses; those of components near zero are finite, but large enough to act as infinity.
 #[inline(always)]
 pub(super) fn inverse<S: Simd>(simd: S, d: F<S>) -> F<S> {
     let tiny = splat(simd, TINY);

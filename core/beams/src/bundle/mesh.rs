@@ -1,4 +1,4 @@
-//! 16 rays against a mesh: a copy of its tree with 32-bit numbers relative to the mesh's centre.
+//! 16 rays against a mesh: a copy of its tree with 32-bit coordinates relative to the mesh's centre.
 
 use arrayvec::ArrayVec;
 use fearless_simd::prelude::*;
@@ -47,7 +47,7 @@ pub(super) struct Eye {
     origin: [f32; 3],
     /// Margin for boxes, far larger than rounding errors.
     slack: f32,
-    /// Magnitude of the numbers involved.
+    /// Magnitude of the coordinates involved, m.
     pub size: f32,
 }
 
@@ -173,7 +173,8 @@ impl Node {
 }
 
 impl Flat {
-    /// Neighbouring triangles compute the sign for a shared edge from the same numbers, so no ray slips between them.
+    /// Tests 16 rays. Neighbouring triangles compute the sign for a shared edge from the same values, so no ray slips
+    /// between them.
     #[inline(always)]
     fn cast<S: Simd>(&self, simd: S, eye: &Eye, d: &V<S>, limits: &Limits, near: F<S>, met: &mut Met<S>) -> bool {
         let [a, b, c] = &self.corners;

@@ -2,12 +2,12 @@
 //!
 //! The rays are stored in packets of 16, which fit in the processor's wide registers. Targets are visited one by one,
 //! near ones first: a target's bounding sphere is compared with the cones around 16 packets at once, and only packets
-//! that may see it, and have no nearer hit, are tested against its form. Computations use 32-bit numbers in the frame
+//! that may hit it, and have no nearer hit, are tested against its form. Computations use 32-bit floats in the frame
 //! of the target, whose pose relative to the sensor is computed in 64 bits. A distance with a relevant error, on
 //! surfaces at grazing angles, is recomputed in 64 bits.
 //!
 //! - `query`: queries and their results;
-//! - `pack`: packets of a bundle and the cones around them, built once; `lanes`: 16 adjacent numbers;
+//! - `pack`: packets of a bundle and the cones around them, built once; `lanes`: 16 adjacent values;
 //! - `cast`: traversal of the targets; `packet`: intermediate results of packets, and the limits of a cast;
 //! - `forms`: 16 rays against each analytic form;
 //! - `mesh`: 16 rays against triangles;
@@ -30,7 +30,7 @@ pub use query::{BundleCast, BundleHits};
 
 use super::BeamScene;
 
-/// Fewer rays than this are not worth another thread.
+/// Minimum number of rays that are cast on several threads.
 const FEW: usize = 256;
 
 impl BeamScene {

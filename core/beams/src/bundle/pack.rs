@@ -9,7 +9,7 @@ pub(super) const GROUPS: usize = 8;
 /// Number of rays in a part.
 const PART: usize = GROUPS * LANES * LANES;
 
-/// 16 adjacent numbers.
+/// 16 adjacent values, aligned to a cache line.
 #[derive(Debug, Clone, Copy)]
 #[repr(C, align(64))]
 pub(super) struct Lanes(pub [f32; LANES]);
@@ -49,7 +49,7 @@ pub(super) struct PacketGroup {
 
 /// The directions of a sensor's rays, prepared for [`BeamScene::cast_bundle`](super::BeamScene::cast_bundle).
 ///
-/// It should be built once and shared by all sensors that are alike: it takes about 45 bytes per ray.
+/// It should be built once and shared by all sensors with the same rays, since it needs about 45 bytes per ray.
 #[derive(Debug, Clone)]
 pub struct RayBundle {
     directions: Vec<Vector3<f64>>,
@@ -98,7 +98,7 @@ impl PacketGroup {
         let given: Vec<u16> = (0..directions.len() as u16).collect();
         let mut sorted = given.clone();
         sort(&mut sorted, directions);
-        // The given order is kept if it is good, since most scanners list adjacent rays consecutively.
+        // The given order is used if it is good, since most scanners list adjacent rays consecutively.
         let width = |order: &[u16]| order.chunks(LANES).map(|p| 1.0 - Cone::around(p, directions).cos).sum::<f64>();
         let mut order = if width(&given) <= 1.1 * width(&sorted) { given } else { sorted };
         let rays = order.len();
@@ -171,7 +171,7 @@ impl Cones {
             lanes.0.iter_mut().zip(cones).for_each(|(lane, cone)| *lane = of(cone) as f32);
             lanes
         };
-        // A cone wider than a half space sees everything. With a zero axis, the test always passes.
+        // A cone wider than a half space may contain any target. With a zero axis, the test always passes.
         Self {
             x: lane(|c| if c.cos > 0.0 { c.axis.x } else { 0.0 }),
             y: lane(|c| if c.cos > 0.0 { c.axis.y } else { 0.0 }),

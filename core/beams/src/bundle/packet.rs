@@ -17,7 +17,8 @@ pub(super) const NONE: u32 = u32::MAX;
 #[repr(C, align(64))]
 pub(super) struct Best {
     pub t: Lanes,
-    /// Negative: to be recomputed in 64 bits.
+    /// Difference between the cosine of the incidence and the lowest one at which 32 bits suffice; negative if the
+    /// distance must be recomputed in 64 bits.
     pub margin: Lanes,
     pub target: [u32; LANES],
     pub primitive: [u32; LANES],

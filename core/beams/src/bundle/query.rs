@@ -7,8 +7,8 @@ use crate::Faces;
 
 /// A query that casts all rays of a bundle.
 ///
-/// A ray sees the same as a [`Beam`](crate::Beam) with [`Volume::Ray`](crate::Volume::Ray) and the same limits. Up to
-/// 100 m, distances differ by less than 1e-4 m, except for rays that pass an edge by less than that.
+/// A ray hits the same surfaces as a [`Beam`](crate::Beam) with [`Volume::Ray`](crate::Volume::Ray) and the same
+/// limits. Up to 100 m, distances differ by less than 1e-4 m, except for rays that pass an edge by less than that.
 #[derive(Debug, Clone, Copy)]
 pub struct BundleCast<'a> {
     /// The rays.
@@ -19,13 +19,13 @@ pub struct BundleCast<'a> {
     pub near: f64,
     /// Maximum distance, m.
     pub far: f64,
-    /// Maximum angle between surface normal and ray, rad; pi/2 or more: no limit.
+    /// Maximum angle between surface normal and ray, rad; pi/2 or more is no limit.
     pub max_incidence: f64,
-    /// Visible sides of faces.
+    /// Sides of surfaces that count.
     pub faces: Faces,
     /// A group of targets that is ignored.
     pub skip_group: Option<u32>,
-    /// The only visible object, if set; others neither count nor hide it.
+    /// If set, only this object is considered; other objects neither count nor occlude it.
     pub only_object: Option<u64>,
 }
 
@@ -33,20 +33,21 @@ pub struct BundleCast<'a> {
 /// without `point` and `normal` a cast is faster.
 #[derive(Debug, Default)]
 pub struct BundleHits<'a> {
-    /// Distance from the origin, m; infinity: no hit.
+    /// Distance from the origin, m; infinity if there is no hit.
     pub distance: &'a mut [f64],
-    /// Tag of the target; 0: no hit.
+    /// Tag of the target; 0 if there is no hit.
     pub object: &'a mut [u64],
-    /// Primitive of the form, as in [`Hit::primitive`](crate::Hit::primitive); 0: no hit.
+    /// Primitive of the form, as in [`Hit::primitive`](crate::Hit::primitive); 0 if there is no hit.
     pub primitive: &'a mut [u32],
-    /// Point in the sensor's frame, m; zero: no hit.
+    /// Point in the sensor's frame, m; zero if there is no hit.
     pub point: &'a mut [[f64; 3]],
-    /// Surface normal on the sensor's side, in the sensor's frame; zero: no hit.
+    /// Surface normal on the sensor's side, in the sensor's frame; zero if there is no hit.
     pub normal: &'a mut [[f64; 3]],
 }
 
 impl<'a> BundleCast<'a> {
-    /// Creates a query for all rays of a bundle up to `far` m, with both sides visible and no other limits.
+    /// Creates a query for all rays of a bundle with a range of `far` m, for which both sides count, without other
+    /// limits.
     pub fn new(bundle: &'a RayBundle, world_from_sensor: Isometry3<f64>, far: f64) -> Self {
         Self {
             bundle,
@@ -66,7 +67,7 @@ impl BundleHits<'_> {
     pub(super) fn check(&self, rays: usize) {
         let lengths =
             [self.distance.len(), self.object.len(), self.primitive.len(), self.point.len(), self.normal.len()];
-        assert!(lengths.iter().all(|n| *n == 0 || *n == rays), "each ray needs a place for its answer");
+        assert!(lengths.iter().all(|n| *n == 0 || *n == rays), "arrays must be empty or have one element per ray");
     }
 
     /// Splits off the results of the first `rays` rays.

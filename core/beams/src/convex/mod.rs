@@ -1,9 +1,9 @@
 //! Convex volumes (pyramids, cylinders and flat sectors) against every form.
 //!
 //! A volume is the intersection of half-spaces and, in some cases, of a round side. The nearest point of a flat face in
-//! it is found by clipping the face. A round side is approximated from outside by tangent planes at the points that
-//! turn out to be outside, so each step's distance is a lower bound and the final point is in the volume. Spheres have
-//! a separate closed form, and the sides of cylinders use a search over one angle.
+//! the volume is found by clipping the face. A round side is approximated from outside by tangent planes at the points
+//! that turn out to be outside, so each step's distance is a lower bound and the final point is in the volume. Spheres
+//! have a separate closed form, and the sides of cylinders use a search over one angle.
 
 mod ball;
 mod flat;
@@ -89,8 +89,9 @@ fn arcs(angle: f64, gap: f64) -> (usize, usize) {
 
 impl Convex {
     /// Returns one piece of a volume, in the frame of the beam, or `None` if it is empty or its sizes are invalid.
-    /// Never inlined: otherwise the compiler hoists part of it above the match on the volume. A ray would then compute
-    /// with fields of other variants, mostly denormal numbers, which would take a fifth of its time.
+    ///
+    /// It is never inlined: otherwise the compiler hoists part of it above the match on the volume. A ray would then
+    /// compute with fields of other variants, mostly denormal numbers, which would take a fifth of its time.
     #[inline(never)]
     pub fn new(sight: &Sight, volume: &Volume, piece: usize) -> Option<Self> {
         let (near, far) = (sight.near, sight.far);
@@ -203,7 +204,7 @@ impl Convex {
         (worst.excess(p) > slack).then_some(worst)
     }
 
-    /// Returns whether a sphere certainly misses the volume. False does not mean that they meet.
+    /// Returns whether a sphere certainly misses the volume. `false` does not imply that they intersect.
     pub fn misses_ball(&self, centre: &Vector3<f64>, radius: f64) -> bool {
         self.cut(centre, radius).is_some() || centre.norm() - radius > self.size
     }

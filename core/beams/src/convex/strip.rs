@@ -10,7 +10,7 @@ use crate::{beam::Faces, planar::quadratic};
 
 /// Maximum excess over the true minimum distance, in metres.
 const TOLERANCE: f64 = 2e-10;
-/// Maximum number of intervals per level; more means that a whole stretch is equally near.
+/// Maximum number of intervals per level; a larger number means that a whole stretch is equally near.
 const WIDEST: usize = 128;
 /// Maximum number of halvings, after which the samples are closer than rounding.
 const DEEPEST: usize = 44;

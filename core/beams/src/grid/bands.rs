@@ -1,8 +1,8 @@
-//! The division of an image into bands of rows, each drawn by one task.
+//! The division of an image into bands of rows, each rasterised by one task.
 
 use std::ops::Range;
 
-/// Bands per thread: several, since the visible surfaces are seldom spread evenly over the rows.
+/// Number of bands per thread; several, since the visible surfaces are seldom spread evenly over the rows.
 const BANDS: usize = 4;
 /// Minimum number of rows per band; surfaces that cross a boundary between bands are processed once per band.
 const LEAST_ROWS: usize = 16;
@@ -10,9 +10,9 @@ const LEAST_ROWS: usize = 16;
 /// The division of an image into bands.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Bands {
-    /// Rows of the image.
+    /// Number of rows of the image.
     rows: usize,
-    /// Rows of a band; the last band of the image may have fewer.
+    /// Number of rows of a band; the last band of the image may have fewer.
     height: usize,
 }
 

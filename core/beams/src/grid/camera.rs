@@ -17,7 +17,7 @@ pub(super) struct Line {
     pub c: f64,
 }
 
-/// A camera prepared for drawing.
+/// A camera prepared for rasterisation.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Camera {
     pub columns: usize,
@@ -29,7 +29,7 @@ pub(super) struct Camera {
     pub far: f64,
     /// Maximum visible `w`.
     pub w_near: f32,
-    /// Value of a pixel that sees nothing: just below the minimum visible `w`.
+    /// Value of a pixel without a visible surface: just below the minimum visible `w`.
     pub w_nothing: f32,
     /// Transform from the world to the view, before x and y are multiplied.
     pub rotation: Matrix3<f64>,
@@ -42,7 +42,8 @@ pub(super) struct Camera {
 pub(super) const MOST: u32 = 16_384;
 
 impl Camera {
-    /// Creates a camera, or returns `None` if it cannot see anything: no pixels, no range or a pose that is not finite.
+    /// Creates a camera, or returns `None` if it cannot show any surface: without pixels or range, or with an invalid
+    /// angle, or a pose that is not finite.
     pub fn new(grid: &Grid, world_from_sensor: &Isometry3<f64>) -> Option<Self> {
         let half = 0.5 * f64::from(grid.columns);
         let (perspective, scale) = match grid.view {
@@ -85,7 +86,7 @@ impl Camera {
         (0.5 * self.columns as f64 - 0.5, 0.5 * self.rows as f64 - 0.5)
     }
 
-    /// Projects a point of the view frame: x and y multiplied, and the divisor that turns them into pixels.
+    /// Projects a point of the view frame: returns x and y multiplied, and the divisor that converts them to pixels.
     pub fn homogeneous(&self, point: &Vector3<f64>) -> Vector3<f64> {
         let divisor = if self.perspective { point.z } else { 1.0 };
         Vector3::new(point.x * self.scale, point.y * self.scale, divisor)
@@ -120,7 +121,7 @@ impl Camera {
         }
     }
 
-    /// Returns whether a sphere in the view frame is certainly outside the image. False does not mean that it is
+    /// Returns whether a sphere in the view frame is certainly outside the image. `false` does not imply that it is
     /// visible.
     pub fn misses(&self, centre: &Vector3<f64>, radius: f64) -> bool {
         let r = radius * (1.0 + 1e-9);

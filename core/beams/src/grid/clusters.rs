@@ -1,6 +1,6 @@
-//! A mesh prepared for drawing: neighbouring triangles in vectors of 16, which form groups.
+//! A mesh prepared for rasterisation: neighbouring triangles in vectors of 16, which form groups.
 //!
-//! A group is skipped as a whole when it is out of sight or shows only sides that are not requested. Triangles hold
+//! A group is skipped as a whole if it is out of sight or shows only sides that are not requested. Triangles store
 //! their own corners: transforming a shared corner again costs less than looking it up.
 
 use std::collections::HashMap;
@@ -17,7 +17,7 @@ const GROUP: usize = 4;
 /// A mesh in groups, built once.
 #[derive(Debug)]
 pub(crate) struct Clusters {
-    /// Centre of the mesh, to which corners are relative, and half of its extents; negative if the mesh is empty.
+    /// Centre of the mesh, to which corners are relative. `half` is half of its extents, negative if the mesh is empty.
     pub(super) centre: Vector3<f64>,
     pub(super) half: Vector3<f64>,
     pub(super) sixteens: Vec<Sixteen>,
@@ -28,7 +28,7 @@ pub(crate) struct Clusters {
     pub(super) closed: bool,
 }
 
-/// 16 triangles; the last vector of a mesh may be padded with triangles of zero area.
+/// 16 triangles; the last vector of a mesh may be padded with degenerate triangles.
 #[derive(Debug, Clone)]
 pub(super) struct Sixteen {
     /// The x, y and z coordinates of each corner.
@@ -45,7 +45,7 @@ impl Sixteen {
 /// Number of groups that are tested together.
 pub(super) const ROW: usize = 8;
 
-/// 8 groups of neighbouring triangles as a structure of arrays; the last one of a mesh may be padded.
+/// Eight groups of neighbouring triangles as a structure of arrays; the last one of a mesh may be padded.
 #[derive(Debug, Clone)]
 pub(super) struct Groups {
     /// Centres of the bounding spheres: x, y and z relative to the centre of the mesh.
@@ -60,8 +60,8 @@ pub(super) struct Groups {
 }
 
 impl Clusters {
-    /// Groups the triangles; `members` are those of the mesh that have an area, in an order that keeps neighbours
-    /// together.
+    /// Groups the triangles; `members` are the triangles of the mesh that are not degenerate, in an order in which
+    /// neighbours are adjacent.
     pub fn new(mesh: &Mesh, members: &[Triangle]) -> Self {
         if members.is_empty() {
             let (centre, half) = (Vector3::zeros(), Vector3::repeat(-1.0));

@@ -1,4 +1,4 @@
-//! Drawing of the prepared surfaces into rows, and the conversion to depths afterwards.
+//! Rasterisation of the prepared surfaces into rows, and the conversion to depths afterwards.
 
 use fearless_simd::{Level, prelude::*};
 
@@ -9,7 +9,7 @@ use super::{
 };
 use crate::simd::dispatch;
 
-/// Draws a band of rows.
+/// Rasterises a band of rows.
 pub(super) fn draw<const ID: bool>(level: Level, ready: &Ready<'_>, band: usize, raster: &mut Raster<'_, ID>) {
     dispatch!(level, simd => draw_with(simd, ready, band, raster));
 }
@@ -27,7 +27,7 @@ fn draw_with<S: Simd, const ID: bool>(simd: S, ready: &Ready<'_>, band: usize, r
     }
 }
 
-/// Computes the depth of the pixels of a band after all surfaces are drawn.
+/// Computes the depths of the pixels of a band after all surfaces have been rasterised.
 pub(super) fn finish<const ID: bool>(level: Level, camera: &Camera, raster: &Raster<'_, ID>, depth: &mut [f32]) {
     dispatch!(level, simd => finish_with(simd, camera, raster, depth));
 }

@@ -2,23 +2,23 @@
 
 use super::{GridCast, camera::MOST, raster::Buffer};
 
-/// An image, with one value per pixel, row by row from the bottom, each row from left to right. Parts that were not
+/// An image, with one value per pixel, row by row from the bottom, each row from left to right. Channels that were not
 /// requested are empty.
 ///
 /// An image can be reused from frame to frame: memory is allocated only for the first frame.
 #[derive(Debug, Default, Clone)]
 pub struct GridImage {
-    /// Distance from the sensor along its axis, in metres; infinity where nothing is seen.
+    /// Distance from the sensor along its axis, in metres; infinity where no surface is visible.
     pub depth: Vec<f32>,
-    /// Tag of the target; 0 where nothing is seen.
+    /// Tag of the target; 0 where no surface is visible.
     pub object: Vec<u64>,
-    /// Part of the form, as in [`Hit::primitive`](crate::Hit::primitive); 0 where nothing is seen.
+    /// Part of the form, as in [`Hit::primitive`](crate::Hit::primitive); 0 where no surface is visible.
     pub primitive: Vec<u32>,
     /// Red, green and blue, each 0 to 255.
     pub color: Vec<[u8; 3]>,
-    /// Cosine of the angle between the surface normal and the ray, 0 to 1; 0 where nothing is seen.
+    /// Cosine of the angle between the surface normal and the ray, 0 to 1; 0 where no surface is visible.
     pub cosine: Vec<f32>,
-    /// Unit surface normal on the side of the camera, in the frame of the sensor; zero where nothing is seen.
+    /// Unit surface normal on the side of the camera, in the frame of the sensor; zero where no surface is visible.
     pub normal: Vec<[f32; 3]>,
     buffers: Vec<Buffer>,
 }
@@ -35,7 +35,7 @@ pub(super) struct ImageBand<'a> {
 }
 
 impl GridImage {
-    /// Resizes the requested parts; they keep the values of the previous image.
+    /// Resizes the requested channels, which still contain the values of the previous image.
     pub(super) fn prepare(&mut self, cast: &GridCast<'_>) {
         let (grid, want) = (cast.grid, cast.want);
         let pixels = grid.columns.min(MOST) as usize * grid.rows.min(MOST) as usize;
@@ -84,7 +84,7 @@ impl ImageBand<'_> {
         (first, rest)
     }
 
-    /// Sets everything except the depth to the values for nothing seen.
+    /// Sets all channels except the depth to their values for pixels without a visible surface.
     pub fn clear(&mut self, sky: [u8; 3]) {
         self.object.fill(0);
         self.primitive.fill(0);

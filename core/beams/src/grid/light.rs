@@ -13,7 +13,7 @@ pub struct Light {
     pub sun: f32,
     /// Unit vector towards the distant lamp, in the world frame.
     pub sun_direction: [f32; 3],
-    /// Red, green and blue of pixels that see nothing, each 0 to 1.
+    /// Red, green and blue of pixels without a visible surface, each 0 to 1.
     pub sky: [f32; 3],
 }
 

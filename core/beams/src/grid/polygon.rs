@@ -11,7 +11,7 @@ use super::{
 };
 use crate::{Faces, solid::face};
 
-/// A flat face prepared for drawing.
+/// A flat face prepared for rasterisation.
 #[derive(Debug, Clone)]
 pub(super) struct Polygon {
     edges: ArrayVec<Edge, 4>,
@@ -44,7 +44,7 @@ pub(super) fn plane(camera: &Camera, view_from_form: &ViewFrom, faces: Faces, id
     let front = camera.sees_front(&normal, height);
     if if front { faces.front } else { faces.back } {
         let w = camera.plane(&normal, height);
-        // Draw only the part in front of the camera and within its range.
+        // The edge excludes the part behind the camera or beyond its range.
         let seen = Line { c: w.c - f64::from(camera.w_nothing), ..w };
         if [w.a, w.b, w.c].iter().all(|x| x.is_finite()) {
             out.push(Polygon { edges: ArrayVec::from_iter([Edge(seen)]), w, rows: (0, camera.rows), id });

@@ -19,7 +19,7 @@ pub struct Grid {
     pub view: View,
     /// Depth of the near plane, in metres; surfaces nearer than `z = near` are clipped. 0 or more in perspective.
     pub near: f64,
-    /// Depth of the far plane, in metres; nothing is seen beyond `z = far`. May be infinite.
+    /// Depth of the far plane, in metres; surfaces beyond `z = far` are clipped. May be infinite.
     pub far: f64,
 }
 
@@ -76,11 +76,11 @@ pub struct GridCast<'a> {
     pub grid: &'a Grid,
     /// Pose of the camera.
     pub world_from_sensor: Isometry3<f64>,
-    /// Sides of surfaces that are seen.
+    /// Sides of surfaces that are visible.
     pub faces: Faces,
     /// A group to ignore, such as the model that carries the sensor.
     pub skip_group: Option<u32>,
-    /// If set, only this object is considered; others neither count nor occlude it.
+    /// If set, only this object is considered; other objects are neither visible nor occlude it.
     pub only_object: Option<u64>,
     /// Outputs to compute in addition to the depth.
     pub want: Want,

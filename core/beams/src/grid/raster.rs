@@ -1,12 +1,12 @@
-//! The pixels of a band of rows during drawing.
+//! The pixels of a band of rows during rasterisation.
 
 use fearless_simd::{f32x4, f32x16, mask32x16, prelude::*, u32x4, u32x16};
 
 use super::camera::Camera;
 
-/// Number of pixels drawn at once.
+/// Number of pixels rasterised at once.
 pub(super) const WIDE: usize = 16;
-/// Vectors of 16 numbers, conditions and surface numbers.
+/// Vectors of 16 values; `M` of conditions, `U` of surface numbers.
 pub(super) type F<S> = f32x16<S>;
 pub(super) type M<S> = mask32x16<S>;
 pub(super) type U<S> = u32x16<S>;
@@ -38,7 +38,7 @@ pub(super) struct Raster<'a, const ID: bool> {
     pub id: &'a mut [u32],
 }
 
-/// A surface offered to some pixels; the nearest one is kept.
+/// A surface offered to some pixels, which store the nearest one.
 #[derive(Clone, Copy)]
 pub(super) struct Offer<S: Simd> {
     pub w: F<S>,
@@ -47,7 +47,7 @@ pub(super) struct Offer<S: Simd> {
 }
 
 impl<'a, const ID: bool> Raster<'a, ID> {
-    /// Prepares the rows from `first` to just before `end`, in which nothing is seen yet.
+    /// Prepares the rows from `first` to just before `end`, without any visible surface.
     pub fn new(buffer: &'a mut Buffer, camera: &Camera, (first, end): (usize, usize)) -> Self {
         let stride = camera.columns.next_multiple_of(WIDE) + WIDE;
         let (used, size) = ((end - first) * stride, (end - first + SPARE_ROWS) * stride);

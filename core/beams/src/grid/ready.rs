@@ -1,4 +1,4 @@
-//! Visible surfaces, prepared to be drawn by all threads of the frame.
+//! Visible surfaces, prepared for rasterisation by all threads.
 
 use std::ops::Range;
 
@@ -22,9 +22,9 @@ const ROWS: usize = 256;
 /// Number of surfaces prepared per task.
 const SURFACES: usize = 256;
 
-/// Surfaces that may be visible, ready to be drawn.
+/// Surfaces that may be visible, ready for rasterisation.
 pub(super) struct Ready<'a> {
-    /// The surface that each range of primitive numbers belongs to.
+    /// The surfaces, each with the start of its range of primitive numbers.
     pub surfaces: Vec<Surface>,
     /// Surfaces other than meshes.
     pub solids: Vec<Solids>,
@@ -48,8 +48,8 @@ struct Found {
 }
 
 impl<'a> Ready<'a> {
-    /// Prepares the surfaces that may be visible. Numbers increase with the tag, then with the target's index, then
-    /// with the primitive, which is the order that decides ties in depth.
+    /// Prepares the surfaces that may be visible. Primitive numbers increase with the tag, then with the target's
+    /// index, then with the primitive, since this order decides ties in depth.
     pub fn new(scene: &'a BeamScene, cast: &'a GridCast<'a>, camera: &'a Camera, level: Level, bands: Bands) -> Self {
         let targets = scene.targets();
         let mut wanted: Vec<u32> = (0..targets.len() as u32)
@@ -81,7 +81,7 @@ impl<'a> Ready<'a> {
                 }
             };
             surfaces.push(Surface { first: id, target: index });
-            // Beyond 2^32 triangles primitive numbers are no longer correct; depths are.
+            // Beyond 2^32 triangles, primitive numbers are no longer correct, but depths are.
             id = id.saturating_add(primitives);
         }
         let parts_of_meshes: Vec<(usize, Range<usize>)> = meshes

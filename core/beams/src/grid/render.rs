@@ -1,4 +1,4 @@
-//! Rendering of a frame: the visible surfaces are prepared, then bands of rows are drawn in parallel.
+//! Rendering of a frame: the visible surfaces are prepared, then bands of rows are rasterised in parallel.
 
 use fearless_simd::Level;
 use rayon::prelude::*;
@@ -18,8 +18,8 @@ impl BeamScene {
     /// Renders an image, in rayon's current pool and on the calling thread.
     ///
     /// The image depends only on the cast and the targets, not on the number of threads, the processor or earlier
-    /// images. A camera that cannot see anything (no pixels, no range, an invalid angle or pose) gives an empty image.
-    /// Time grows with the number of targets, pixels and visible triangles.
+    /// images. A camera that cannot show any surface (no pixels, no range, an invalid angle or pose) yields an empty
+    /// image. The time grows with the number of targets, pixels and visible triangles.
     pub fn render(&self, cast: &GridCast<'_>, image: &mut GridImage) {
         self.draw(cast, image, simd::level(), None);
     }

@@ -10,7 +10,7 @@ use super::{
 };
 use crate::Faces;
 
-/// A round form prepared for drawing; its axis is z.
+/// A round form prepared for rasterisation; its axis is z.
 #[derive(Debug, Clone)]
 pub(super) struct Round {
     radius: f64,
@@ -85,7 +85,7 @@ impl Round {
         }
     }
 
-    /// Draws 16 pixels of a row.
+    /// Rasterises 16 pixels of a row.
     #[inline(always)]
     fn block<S: Simd, const ID: bool>(
         &self,
@@ -129,7 +129,7 @@ impl Round {
         let r2 = radius * radius;
         if self.ends != Ends::Sphere {
             let ([ox, oy, oz], [dx, dy, dz]) = (ray.o, ray.d);
-            // Computing from the point nearest to the axis avoids subtracting nearly equal numbers.
+            // Computing from the point nearest to the axis avoids cancellation.
             let dd = dx * dx + dy * dy;
             let middle = -(ox * dx + oy * dy) / dd;
             let (qx, qy) = (ox + dx * middle, oy + dy * middle);

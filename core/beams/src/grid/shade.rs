@@ -37,14 +37,14 @@ pub(super) struct Shader<'a> {
     sun: Vector3<f32>,
 }
 
-/// A row of pixels: outward normals in the view frame, surface colours, and 1 where something is seen, 0 elsewhere.
+/// A row of pixels: outward normals in the view frame, surface colours, and 1 where a surface is visible, 0 elsewhere.
 struct Strip {
     normal: [Vec<f32>; 3],
     color: [Vec<f32>; 3],
     there: Vec<f32>,
 }
 
-/// The primitive seen by the previous pixel, since most pixels see the same one as their neighbour.
+/// The primitive at the previous pixel, which is cached because most pixels show the same one as their neighbour.
 struct Seen<'a> {
     id: u32,
     /// Index of the surface.
@@ -128,7 +128,7 @@ impl<'a> Shader<'a> {
         let y = if perspective { (row as f64 - middle.1) as f32 * size } else { 0.0 };
         let (middle, size) = (middle.0 as f32, if perspective { size } else { 0.0 });
         let [nx, ny, nz] = &line.normal;
-        // Cosine of the outward normal; negative where the inside is seen.
+        // Cosine of the outward normal; negative where the inside is visible.
         let cosine = |i: usize| {
             let x = (i as f32 - middle) * size;
             -(nx[i] * x + ny[i] * y + nz[i]) / (x * x + y * y + 1.0).sqrt()
@@ -155,7 +155,7 @@ impl<'a> Shader<'a> {
         }
     }
 
-    /// Returns the primitive of a number; `at` is the index of the surface that it probably belongs to.
+    /// Returns the primitive with a number; `at` is the index of the surface that it probably belongs to.
     fn seen(&self, id: u32, at: usize) -> Option<Seen<'_>> {
         let starts = |at: usize| self.surfaces.get(at).is_some_and(|surface| surface.first <= id);
         let at = if starts(at) && !starts(at + 1) {
@@ -184,7 +184,7 @@ impl<'a> Shader<'a> {
         Some(Seen { id, at, target, primitive, view_from_form, normal })
     }
 
-    /// Returns the point seen at a pixel, in the frame of its form.
+    /// Returns the surface point at a pixel, in the frame of its form.
     fn local(&self, seen: &Seen<'_>, column: usize, row: usize, depth: f32) -> Vector3<f64> {
         let (from, along) = self.camera.ray(column as f64, row as f64);
         let point = from + along * f64::from(depth) - seen.view_from_form.translation;

@@ -1,4 +1,4 @@
-//! Small triangles of at most 8 x 8 pixels, drawn in blocks of 4 x 4.
+//! Small triangles of at most 8 x 8 pixels, rasterised in blocks of 4 x 4.
 
 use fearless_simd::prelude::*;
 
@@ -7,7 +7,7 @@ use super::raster::{F, Offer, Raster, U, WIDE};
 /// Sub-pixel steps per pixel, to which corners are rounded.
 pub(super) const PARTS: f32 = 256.0;
 
-/// 16 small triangles prepared for drawing, as a structure of arrays.
+/// 16 small triangles prepared for rasterisation, as a structure of arrays.
 pub(super) struct Small {
     /// For each edge function: its increments per column and per row, and its value at the first pixel; 0 or more is
     /// inside.
@@ -48,7 +48,7 @@ impl Small {
             Placed { x: turned.select(b.x, c.x), y: turned.select(b.y, c.y), w: turned.select(b.w, c.w) },
         );
         let area = area.abs();
-        // Relative to the first pixel all numbers are small integers, so sums and products are exact.
+        // Relative to the first pixel, all coordinates are small integers, so sums and products are exact.
         let (left, low) = (from.0 * PARTS, from.1 * PARTS);
         let (pa, pb, pc) = ((a.x - left, a.y - low), (b.x - left, b.y - low), (c.x - left, c.y - low));
         Self {
@@ -62,7 +62,7 @@ impl Small {
         }
     }
 
-    /// Draws the triangles whose bits are set.
+    /// Rasterises the triangles whose bits are set.
     #[inline(always)]
     pub fn draw<S: Simd, const ID: bool>(&self, simd: S, mut bits: u64, raster: &mut Raster<'_, ID>) {
         while bits != 0 {
@@ -85,7 +85,7 @@ impl Small {
         }
     }
 
-    /// Draws 4 x 4 pixels of one triangle, starting at an offset from its first pixel.
+    /// Rasterises 4 x 4 pixels of one triangle, starting at an offset from its first pixel.
     #[inline(always)]
     fn block<S: Simd, const ID: bool>(
         &self,

@@ -1,4 +1,4 @@
-//! Drawing of convex areas row by row, from the left edges to the right ones.
+//! Rasterisation of convex areas row by row, from the left edges to the right ones.
 
 use fearless_simd::prelude::*;
 
@@ -32,7 +32,7 @@ impl Edge {
     }
 }
 
-/// A part of a plane to draw.
+/// A part of a plane to rasterise.
 pub(super) struct Face<'a> {
     pub edges: &'a [Edge],
     /// `w` as a function of column and row.
@@ -43,7 +43,7 @@ pub(super) struct Face<'a> {
 }
 
 impl Face<'_> {
-    /// Draws the rows from `rows.0` to just before `rows.1`.
+    /// Rasterises the rows from `rows.0` to just before `rows.1`.
     #[inline(always)]
     pub fn draw<S: Simd, const ID: bool>(&self, simd: S, raster: &mut Raster<'_, ID>, rows: (usize, usize)) {
         for row in rows.0.max(raster.first)..rows.1.min(raster.end) {

@@ -1,8 +1,8 @@
-//! Triangles of meshes, drawn 16 at a time.
+//! Triangles of meshes, rasterised 16 at a time.
 //!
 //! Corners are projected to the image and rounded to 1/256 of a pixel. Small triangles then need only integers that are
 //! exact in single precision, and large ones are exact in double precision: each pixel belongs to exactly one of two
-//! neighbours, whatever their size. Triangles that reach behind the camera are drawn by homogeneous edges.
+//! neighbours, regardless of their size. Triangles that reach behind the camera are rasterised by homogeneous edges.
 
 use std::ops::Range;
 
@@ -26,7 +26,7 @@ use crate::{
 /// One value for each group of a row of groups.
 type D<S> = f64x8<S>;
 
-/// Adding and then subtracting this rounds to an integer.
+/// A constant whose addition and subsequent subtraction round to an integer.
 const ROUND: f32 = 12_582_912.0;
 /// Maximum distance of a corner from the image centre at which it is rounded, in sub-pixel steps.
 const FURTHEST: f32 = 4_194_304.0;
@@ -35,7 +35,7 @@ const NEAREST: f32 = 1e-6;
 /// Extent below which a triangle is small, in sub-pixel steps.
 const SMALL: f32 = 8.0 * PARTS;
 
-/// A mesh prepared for drawing.
+/// A mesh prepared for rasterisation.
 pub(super) struct Triangles<'a> {
     camera: &'a Camera,
     mesh: &'a Clusters,
@@ -144,7 +144,7 @@ impl<'a> Triangles<'a> {
         }
     }
 
-    /// Draws a range of vectors, given as (first, end).
+    /// Rasterises a range of vectors, given as (first, end).
     #[inline(always)]
     pub fn draw<S: Simd, const ID: bool>(&self, simd: S, sixteens: (u32, u32), raster: &mut Raster<'_, ID>) {
         let sixteens = sixteens.0 as usize..sixteens.1 as usize;
@@ -199,7 +199,7 @@ impl<'a> Triangles<'a> {
         let front = area.simd_gt(0.0) & M::splat(simd, self.faces.front);
         let shown = front | (area.simd_lt(0.0) & M::splat(simd, self.faces.back));
         let small = (covers & tiny & shown).to_bitmask();
-        // Large triangles, and those that could not be rounded, are drawn in double precision.
+        // Large triangles, and those whose corners could not be rounded, are rasterised in double precision.
         let mut rest = ((covers & !tiny) | !placed).to_bitmask();
         if small != 0 {
             let pixels = [(column, row), (column_end, row_end)];
@@ -221,7 +221,7 @@ impl<'a> Triangles<'a> {
         }
     }
 
-    /// Draws a triangle of any size and position.
+    /// Rasterises a triangle of any size and position.
     #[inline(always)]
     fn draw_large<S: Simd, const ID: bool>(
         &self,

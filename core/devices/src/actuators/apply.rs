@@ -23,9 +23,9 @@ pub struct ApplyFailure {
     pub slot: u32,
     /// Index of its kind.
     pub kind: usize,
-    /// The plugin's error, or what is wrong with its output.
+    /// The plugin's error message, or a description of what is wrong with its output.
     pub text: String,
-    /// Negative: it is switched off. `TATU_OK`: it stays on, and is reported once.
+    /// If negative, the actuator is disabled. If `TATU_OK`, it remains enabled, and the failure is reported once.
     pub status: tatu_status,
 }
 
@@ -57,7 +57,8 @@ struct Batch {
     seats: Vec<Seat>,
 }
 
-/// Returns the batches: kinds in order, and within each its actuators in the order of creation.
+/// Returns the batches of the kinds with this value of `every_substep`, in order of kinds. The actuators of a batch are
+/// in order of creation.
 fn batches(actuators: &Actuators, dynamics: &Dynamics, around: &Acts<'_>, every_substep: bool) -> Vec<Batch> {
     let mut out = Vec::new();
     for (kind, info) in around.registry.actuators.iter().enumerate() {
@@ -197,7 +198,7 @@ fn apply(
             }
             bad if bad < 0 => (bad, error.text()),
             _ if d.report.as_ref().is_some_and(|r| !r.layout.is_whole(&r.fields)) => {
-                (TATU_ERR, "broke the contract: it wrote beside the fields that it reports".to_owned())
+                (TATU_ERR, "broke the contract: it wrote outside the fields that it reports".to_owned())
             }
             _ if let Some(field) = registry.actuators[*kind].readings.and_then(|k| {
                 let report = d.report.as_ref()?;
@@ -216,7 +217,7 @@ fn apply(
         };
         (d.off, d.idle_told) = (status < 0, true);
         if d.off {
-            // What a failing call wrote is no reading.
+            // The fields written by a failed call are not a reading.
             d.report.iter_mut().for_each(|r| r.time = None);
         }
         failed.push(ApplyFailure { slot: d.slot, kind: *kind, text, status });

@@ -1,10 +1,11 @@
 //! Actuators: their instances and commands, and their effects on bodies and joints.
 //!
 //! - [`Actuators`]: the world's actuators;
-//! - `apply`: batches by kind: motions and commands in, wrenches and efforts out; `scratch`: their buffers.
+//! - `apply`: calls of a kind with a batch, which convert motions and commands to wrenches and efforts; `scratch`: the
+//!   buffers of a batch.
 //!
-//! Actuators act during physics: a kind is called once at the start of each advance of the engine or, if it asks for
-//! that, before each engine step. The commands of an actuator are stored in its object of the scene.
+//! Actuators act during physics: a kind is called once at the start of each advance of the engine or, on request,
+//! before each engine step. The commands of an actuator are stored in its object in the scene.
 
 mod apply;
 mod scratch;
@@ -22,7 +23,7 @@ pub use apply::{Acts, ApplyFailure, SubSteps, per_step};
 pub struct Actuator {
     /// Handle of its object; the generation distinguishes it from a later object in the same slot.
     pub object: tatu_object,
-    /// Its slot in the scene.
+    /// Slot of its object in the scene.
     pub slot: u32,
     /// Index of its kind in the registry.
     pub kind: usize,
@@ -32,21 +33,21 @@ pub struct Actuator {
     pub state: StateBlock,
     /// Values of its parameters, in the order of the kind's declaration.
     pub params: Vec<Value>,
-    /// Disabled after a fault.
+    /// Whether the actuator is disabled after a fault.
     pub off: bool,
-    /// Whether it has been reported to have no effect.
+    /// Whether it has been reported that the actuator has no effect.
     pub idle_told: bool,
-    /// What it reports, if its kind declares readings.
+    /// Its readings, if its kind declares any.
     pub report: Option<Report>,
 }
 
-/// The readings that an actuator reports. The device in [`Sensing`] gets them after an advance.
+/// The readings that an actuator reports. They are copied to its device in [`Sensing`] after an advance.
 pub struct Report {
     /// The layout of the fields.
     pub layout: Rc<Layout>,
     /// The fields, as of the last call.
     pub fields: ReadingBuffer,
-    /// Simulation time of that call, s; `None`: none since the readings were last taken.
+    /// Simulation time of the last call, s; `None` if there was no call since the readings were last published.
     pub time: Option<f64>,
 }
 
@@ -63,11 +64,12 @@ impl Actuators {
     pub fn device(&self, object: tatu_object) -> Option<&Actuator> {
         self.devices.iter().find(|d| d.object == object)
     }
-    /// Returns the actuator's index in the list.
+    /// Returns the index in [`Actuators::devices`] of the actuator of an object.
     pub fn index(&self, object: tatu_object) -> Option<usize> {
         self.devices.iter().position(|d| d.object == object)
     }
-    /// Passes on what actuators have reported since the last call, to be read like readings of sensors.
+    /// Publishes the readings that actuators have reported since the last call, so that they can be read like those of
+    /// sensors.
     pub fn publish(&mut self, sensing: &mut Sensing) {
         for d in self.devices.iter_mut() {
             let Some(report) = d.report.as_mut() else { continue };

@@ -15,7 +15,7 @@ pub(super) struct ApplyScratch {
     pub twist: Vec<[f64; 6]>,
     pub joint: Vec<[f64; 2]>,
     pub command: Vec<*const f64>,
-    /// The commands of all actuators, one after the other.
+    /// The commands of all actuators of the batch, concatenated.
     pub commands: Guarded<f64>,
     pub fields: Vec<*mut c_void>,
     pub lengths: Vec<*const u64>,

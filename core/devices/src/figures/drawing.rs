@@ -8,14 +8,14 @@ use tatu_errors::Refusal;
 use tatu_plugin_api::{abi::*, safe::Value};
 use tatu_scene::graph::{Keys, map};
 
-/// The form of an item.
+/// The form of the items of a drawing.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[allow(missing_docs, reason = "named after what they are")]
 pub enum Form {
     Points,
     Lines,
     Triangles,
-    /// Small flat or solid marks; all except spheres have a normal.
+    /// This and the following `*Points` are small flat or solid marks. All except spheres have a normal.
     TrianglePoints,
     QuadPoints,
     DiscPoints,
@@ -68,17 +68,17 @@ pub struct Drawing {
     pub size: f64,
     /// Red, green, blue, 0 to 1.
     pub color: [f64; 3],
-    /// The object whose frame it moves with; 0: the world.
+    /// The object whose frame the drawing is attached to; 0 for the world.
     pub parent: tatu_object,
-    /// Maximum number of items; 0: [`Drawing::MOST`].
+    /// Maximum number of items; 0 stands for [`Drawing::MOST`].
     pub capacity: usize,
     /// Whether a new item replaces the oldest one when the drawing is full.
     pub cyclic: bool,
-    /// An item closer than this to an existing one is not added, m.
+    /// Minimum distance of a new item from existing ones, m; closer items are not added.
     pub tolerance: f64,
-    /// Whether it stays when the run stops.
+    /// Whether the drawing remains when the run stops.
     pub persistent: bool,
-    /// Number of values of an item after its points and normal: its own colours, size, transparency.
+    /// Number of values of an item after its points and normal, for its own colours, size and transparency.
     pub extra: usize,
     /// Items in the parent's frame: points, normal, and extra values.
     pub items: VecDeque<Vec<f64>>,
@@ -139,12 +139,16 @@ impl Drawing {
         }
         out
     }
-    /// Adds items, one after the other, given in world coordinates; `frame` is the parent's pose. Returns the number of
-    /// items added: those too close to existing ones are left out, and those that do not fit.
+    /// Adds items, given as concatenated values in world coordinates; `frame` is the parent's pose. Returns the number
+    /// of items added: items that are too close to existing ones, or exceed the capacity, are left out.
     pub fn add(&mut self, items: &[f64], frame: &Isometry3<f64>) -> Result<usize, Refusal> {
         let stride = self.stride();
         if items.is_empty() || !items.len().is_multiple_of(stride) || !items.iter().all(|x| x.is_finite()) {
-            let text = format!("an item of {} is {stride} finite numbers, found {}", self.form.name(), items.len());
+            let text = format!(
+                "items of `{}` must have {stride} finite numbers each, found {}",
+                self.form.name(),
+                items.len()
+            );
             return Err(Refusal(TATU_ERR_ARGUMENT, text));
         }
         let (into, most) = (frame.inverse(), if self.capacity == 0 { Self::MOST } else { self.capacity });
@@ -169,7 +173,7 @@ impl Drawing {
         }
         Ok(added)
     }
-    /// Returns all items in world coordinates, one after the other.
+    /// Returns the concatenated values of all items, in world coordinates.
     pub fn in_world(&self, frame: &Isometry3<f64>) -> Vec<f64> {
         self.items.iter().flat_map(|item| self.moved(item, frame)).collect()
     }

@@ -1,10 +1,10 @@
-//! Figures for people to look at: graphs over time, and drawings in space.
+//! Figures for human viewers: graphs over time, and drawings in space.
 //!
 //! - [`Figures`]: all graphs and drawings of a world;
 //! - [`Drawing`]: items in space, attached to an object or to the world.
 //!
-//! Figures have no effect on objects. Graphs are cleared when a run starts and keep their contents when it stops;
-//! drawings are removed when it stops, unless they are persistent.
+//! Figures have no effect on objects. Graphs are cleared when a run starts and retain their contents when it stops;
+//! drawings are removed when a run stops, unless they are persistent.
 
 mod drawing;
 
@@ -45,7 +45,7 @@ impl Figures {
     pub fn end(&mut self) {
         self.drawings.retain(|_, d| d.persistent);
     }
-    /// Returns the graph of an object, which must be a graph.
+    /// Returns the recorded data of an object, which must be a graph.
     pub fn graph(&mut self, scene: &Scene, object: tatu_object) -> Result<&mut Graph, Refusal> {
         let slot = tatu_slot(object);
         match scene.get(slot).map(|o| (o, &o.data)) {
@@ -55,14 +55,14 @@ impl Figures {
             _ => Err(Refusal(TATU_ERR_ARGUMENT, format!("object {slot} `{}` is not a graph", scene.path(slot)))),
         }
     }
-    /// Returns the approximate memory of all items, bytes.
+    /// Returns the approximate memory used by all items, bytes.
     pub fn bytes(&self) -> u64 {
         self.drawings.values().map(|d| (d.items.len() * (8 * d.stride() + 32)) as u64).sum()
     }
     /// Adds a drawing and returns its number, from 1.
     pub fn draw(&mut self, drawing: Drawing) -> Result<i64, Refusal> {
         if self.drawings.len() >= MOST_DRAWINGS {
-            return Err(Refusal(TATU_ERR_SPACE, format!("there are {MOST_DRAWINGS} drawings already")));
+            return Err(Refusal(TATU_ERR_SPACE, format!("the world already has {MOST_DRAWINGS} drawings")));
         }
         self.last_drawing += 1;
         self.drawings.insert(self.last_drawing, drawing);

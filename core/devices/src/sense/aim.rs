@@ -1,4 +1,4 @@
-//! Rays that a plugin aims before each cast.
+//! Rays whose origins and directions a plugin sets before each cast.
 
 use nalgebra::{Isometry3, Vector3};
 use tatu_plugins::guarded::Guarded;
@@ -13,7 +13,7 @@ pub(super) struct Aims {
     /// For each sensor of the batch, a pointer to its first ray, as passed to the plugin, or null if its rays are not
     /// aimed. Empty if no sensor of the batch is aimed.
     pub places: Vec<*mut f64>,
-    /// Poses of the rays in their sensor's frame, once they have been taken.
+    /// Poses of the rays returned so far by [`Aims::take`], in their sensor's frame.
     turned: Vec<Isometry3<f64>>,
 }
 
@@ -23,7 +23,8 @@ impl Aims {
         self.turned.clear();
     }
 
-    /// Initialises the rays of aimed sensors as planned; returns whether there are any.
+    /// Initialises the rays of aimed sensors with their planned directions; returns whether there are any aimed
+    /// sensors.
     pub fn lay<'a>(&mut self, plans: impl Iterator<Item = &'a BeamPlan> + Clone) -> bool {
         if !plans.clone().any(|p| p.aimed) {
             return false;
@@ -46,7 +47,7 @@ impl Aims {
         true
     }
 
-    /// Returns whether the guards are intact.
+    /// Returns whether the guards around the rays are intact.
     pub fn are_whole(&self) -> bool {
         self.rays.is_whole()
     }

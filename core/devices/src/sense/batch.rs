@@ -1,4 +1,4 @@
-//! Calls of a sensor kind with a batch, what follows each measurement, and the sensors that failed in it.
+//! Calls of a sensor kind with a batch, the steps that complete a measurement, and the sensors that failed.
 
 use std::ffi::c_void;
 
@@ -16,17 +16,17 @@ use super::{Device, Layout, random::Key, scratch::MeasureScratch};
 pub struct MeasureFailure {
     /// Slot of the sensor.
     pub slot: u32,
-    /// Its kind.
+    /// Index of its kind.
     pub kind: usize,
     /// The call in which it failed.
     pub call: Call,
-    /// The plugin's error text.
+    /// The error message.
     pub text: String,
-    /// The status, which shows whether it panicked.
+    /// The status, which distinguishes a panic from other errors.
     pub status: tatu_status,
 }
 
-/// What calls of a kind's functions need.
+/// The registry and the watchdog's record, for calls of a kind's functions.
 #[derive(Clone, Copy)]
 pub(super) struct Calls<'a> {
     pub registry: &'a Registry,
@@ -41,7 +41,7 @@ pub(super) struct Who<'a> {
 }
 
 impl Device {
-    /// Adds the sensor to a batch, and begins its next measurement.
+    /// Adds the sensor to a batch, and starts its next measurement.
     pub(super) fn prepare(&mut self, s: &mut MeasureScratch, sensor: tatu_object, time: f64) {
         s.shown.push(self.keep_shown());
         let Layout { spans, lengths, .. } = &*self.layout;
@@ -120,7 +120,7 @@ pub(super) fn hand_over(
     error.fresh();
     // SAFETY: `batch.status` points to the scratch buffer, which has one status per instance.
     let before = unsafe { std::slice::from_raw_parts(batch.status, batch.n as usize) };
-    // Remember the statuses of earlier failures, which are rare.
+    // Earlier failures, which are rare, keep their statuses.
     let known = if before.iter().any(|s| *s < 0) { before.to_vec() } else { Vec::new() };
     let first = who.devices.first().map_or(0, |i| all[*i].slot);
     let before = calls.watch.enter_batch(call, kind_info.plugin, first, who.devices.len());

@@ -1,4 +1,5 @@
-//! Beams of a batch: those of all its sensors are cast in one pass, with the results in arrays that the plugin reads.
+//! Beams of a batch: the beams of all its sensors are cast in one pass, and the results are stored in arrays that the
+//! plugin reads.
 
 use ::tatu_beams::{Beam, BeamScene, BundleCast, BundleHits, Faces, Hit, Volume};
 use nalgebra::{Isometry3, Point3, Vector3};
@@ -12,7 +13,7 @@ use super::{
     targets::Sees,
 };
 
-/// Beams of a batch and their results; beam `i` of the batch has index `i` in each array that was asked for.
+/// Beams of a batch and their results; beam `i` of the batch has index `i` in each requested array.
 #[derive(Default)]
 pub(super) struct Casts {
     /// Index of each sensor's first beam, and the total number of beams at the end.
@@ -25,14 +26,14 @@ pub(super) struct Casts {
     pub object: Vec<tatu_object>,
     pub primitive: Vec<u32>,
     pub color: Vec<[u8; 3]>,
-    /// Reused from batch to batch; there are as many as distinct sets of targets.
+    /// Beams that are cast one by one, for each distinct set of targets; reused from batch to batch.
     singles: Vec<Singles>,
     hits: Vec<Hit>,
-    /// Reused buffer; the rays themselves are in the plans.
+    /// Sensors whose rays are cast as bundles; a reused buffer.
     bundles: Vec<Fan>,
 }
 
-/// Beams that are cast one by one, of sensors that look at the same targets.
+/// Beams that are cast one by one, of sensors with the same set of targets.
 struct Singles {
     sees: Sees,
     beams: Vec<Beam>,
@@ -40,9 +41,9 @@ struct Singles {
     frames: Vec<Isometry3<f64>>,
     /// For each beam, its index in the batch.
     places: Vec<u32>,
-    /// Beams whose hit may be hidden by something in front of it.
+    /// Indices of the beams whose hit may be hidden by another surface.
     occluded: Vec<u32>,
-    /// Beams whose hit may be too far away, with the maximum distance.
+    /// Indices of the beams whose hit may be too far away, with the maximum distance, m.
     short: Vec<(u32, f64)>,
 }
 
@@ -54,7 +55,7 @@ struct Fan {
     look: SensorView,
 }
 
-/// A sensor's pose, and what it ignores.
+/// A sensor's pose, and the targets and hits that it ignores.
 #[derive(Clone, Copy)]
 pub(super) struct SensorView {
     pub world_from_sensor: Isometry3<f64>,
@@ -65,17 +66,16 @@ pub(super) struct SensorView {
     pub only_object: Option<u64>,
 }
 
-/// Limits on which hits count.
+/// Conditions that a hit must fulfil to count.
 #[derive(Debug, Clone, Copy)]
 pub struct Limits {
     /// Which sides of faces count.
     pub faces: Faces,
     /// Largest angle between a ray and the normal of the face that it hits, rad.
     pub max_incidence: f64,
-    /// Maximum distance of a hit from the sensor, whatever the form of its beams, m; infinity: the beams alone limit
-    /// it.
+    /// Maximum distance of a hit from the sensor, m, in addition to the range of the beams; may be infinite.
     pub reach: f64,
-    /// Whether surfaces hide what is behind them, even if they themselves do not count.
+    /// Whether surfaces hide those behind them, even if they themselves do not count.
     pub occlude: bool,
 }
 
@@ -178,7 +178,7 @@ impl Casts {
         let n = self.first.last().copied().unwrap_or(0) as usize;
         let sized = |flags: u32| if inputs & flags != 0 { n } else { 0 };
         self.distance.resize(sized(TATU_IN_DISTANCE), f64::INFINITY);
-        // The colour of a surface with an image depends on all of them.
+        // The colour of a textured surface depends on the point, normal, object and primitive.
         self.point.resize(sized(TATU_IN_POINT | TATU_IN_COLOR), [0.0; 3]);
         self.normal.resize(sized(TATU_IN_NORMAL | TATU_IN_COLOR), [0.0; 3]);
         self.object.resize(sized(TATU_IN_OBJECT | TATU_IN_COLOR), 0);
@@ -282,7 +282,7 @@ impl Casts {
     }
 }
 
-/// Returns whether a surface, of any side and slant, is between a beam's origin and the point that it hit.
+/// Returns whether any surface, regardless of side and incidence, is between a beam's origin and the point that it hit.
 fn is_hidden(seen: &BeamScene, beam: &Beam, hit: &Hit) -> bool {
     let turn = look_along(hit.point.coords.normalize().into());
     // The surface that was hit must not hide itself.
@@ -294,14 +294,14 @@ fn is_hidden(seen: &BeamScene, beam: &Beam, hit: &Hit) -> bool {
 /// An occluder must be closer than the hit by this fraction of the hit's distance.
 const HIDES: f64 = 1e-6;
 
-/// Writes a value, if its array was asked for.
+/// Writes a value, if its array was requested.
 fn put<T>(to: &mut [T], place: usize, value: impl FnOnce() -> T) {
     if let Some(x) = to.get_mut(place) {
         *x = value();
     }
 }
 
-/// Splits off `n` elements after `skip` others; returns nothing from an array that was not asked for.
+/// Splits off `n` elements after skipping `skip`; returns an empty slice of an array that was not requested.
 fn cut<'a, T>(rest: &mut &'a mut [T], skip: usize, n: usize) -> &'a mut [T] {
     if rest.is_empty() {
         return &mut [];
@@ -312,8 +312,8 @@ fn cut<'a, T>(rest: &mut &'a mut [T], skip: usize, n: usize) -> &'a mut [T] {
     part
 }
 
-/// Returns the colour of the surface that was hit at a point of the world; black if nothing was hit. A compound has one
-/// colour.
+/// Returns the colour of the surface that was hit at a point in the world frame; black if nothing was hit. A compound
+/// has the colour of the shape, without textures.
 fn surface_color(
     scene: &Scene,
     object: tatu_object,

@@ -16,23 +16,23 @@ use crate::sense::reading_arena::{ReadingArena, ReadingBuffer};
 
 /// A sensor's instance and its last reading.
 ///
-/// There may be thousands, and each step iterates over all of them: what a reading needs is in the first cache line,
-/// and what a measurement needs in the first two.
+/// There may be thousands of sensors, and each step iterates over all of them: the data for reading the fields is in
+/// the first cache line, and the data for a measurement in the first two.
 #[repr(C, align(64))]
 pub struct Device {
-    /// The fields, one after the other, each 8-byte aligned.
+    /// The contents of the fields, each 8-byte aligned.
     pub fields: ReadingBuffer,
     /// The layout, shared by sensors that are alike.
     pub layout: Rc<Layout>,
-    /// Number of the measurement, from 1; 0: none yet.
+    /// Number of the measurement, from 1, or 0 if there is no reading yet.
     pub sequence: u64,
     /// Simulation time of the measurement, s.
     pub time: f64,
-    /// Its slot in the scene.
+    /// Slot of its object in the scene.
     pub slot: u32,
-    /// Disabled after a fault.
+    /// Whether the sensor is disabled after a fault.
     pub off: bool,
-    /// Whether it measures only on request, as declared in the scene.
+    /// Whether the sensor measures only on request, as declared in the scene.
     pub(super) explicit: bool,
     /// Index of its kind in the registry.
     pub kind: usize,
@@ -46,9 +46,9 @@ pub struct Device {
     pub drawn: u64,
     /// The state block that the plugin writes to.
     pub state: StateBlock,
-    /// Number of its choice of objects, see [`Targets`](super::targets::Targets); 0: all.
+    /// Number of its choice of objects, see [`Targets`](super::targets::Targets), or 0 for all objects.
     pub(super) choice: u32,
-    /// Rate declared in the scene, Hz; 0: it measures in every step.
+    /// Rate declared in the scene, Hz, or 0 if the sensor measures in every step.
     pub(super) rate: f64,
     /// For a sensor with a rate: the period in which it last measured.
     pub period: Option<u64>,
@@ -89,7 +89,8 @@ impl Device {
         }
     }
 
-    /// Sets beams and layout. If the sizes of the fields have changed, the last reading is discarded.
+    /// Sets the beams and the layout of the fields. If the sizes of the fields have changed, the last reading is
+    /// discarded.
     pub fn lay_out(&mut self, layout: Rc<Layout>) {
         if self.layout.spans != layout.spans || self.fields.len() != layout.words {
             self.fields = ReadingBuffer::new(layout.words);
@@ -98,7 +99,7 @@ impl Device {
         self.layout = layout;
     }
 
-    /// Moves the reading next to those of sensors created before.
+    /// Moves the reading next to that of the sensor added before.
     pub(super) fn shelve(&mut self, arena: &mut ReadingArena) {
         let mut words = arena.take(self.fields.len());
         words.copy_from_slice(&self.fields);
@@ -111,7 +112,7 @@ impl Device {
         self.layout.is_whole(&self.fields) && self.state.is_whole()
     }
 
-    /// Takes over fields that an actuator reported at a time, s.
+    /// Stores fields that an actuator reported at a time (s) as the reading.
     pub(crate) fn take_report(&mut self, time: f64, fields: &[u64]) {
         if self.fields.len() == fields.len() {
             self.fields.copy_from_slice(fields);
@@ -140,7 +141,7 @@ impl Device {
         }
     }
 
-    /// Discards the reading, and those that are delayed.
+    /// Discards the reading, and all delayed readings.
     pub fn forget(&mut self) {
         self.sequence = 0;
         self.noise.iter_mut().for_each(|n| n.drop_held());
@@ -175,7 +176,8 @@ impl Device {
         self.noise.as_ref().is_some_and(|noise| noise.delays())
     }
 
-    /// If readings are delayed, takes out the visible one before a measurement, to make room for the new one.
+    /// If readings are delayed, removes and returns the visible reading before a measurement, so that the measurement
+    /// does not overwrite it.
     pub(super) fn keep_shown(&mut self) -> Option<noise::HeldReading> {
         let noise = self.noise.as_ref().filter(|n| n.delays())?;
         let newest = noise.newest();
@@ -185,8 +187,8 @@ impl Device {
         Some(shown)
     }
 
-    /// Applies noise to the fields after a measurement. `dt` is the duration of a step, s, the sensor's period if it has
-    /// no rate.
+    /// Applies noise to the fields after a measurement. `dt` is the duration of a step, s, which is the sensor's period
+    /// if it has no rate.
     pub(super) fn add_noise(&mut self, kind: &SensorKind, dt: f64, pool: &rayon::ThreadPool) {
         let period = if self.rate > 0.0 { 1.0 / self.rate } else { dt };
         let Device { noise: Some(noise), fields, layout, seed, drawn, time, .. } = self else { return };
@@ -197,8 +199,8 @@ impl Device {
         noise.apply(measured, pool);
     }
 
-    /// If readings are delayed, holds the new one back after a measurement, and makes the newest one that is old enough
-    /// visible.
+    /// If readings are delayed, holds the new reading back after a measurement, restores the visible one, and then
+    /// releases the newest reading that is old enough.
     pub(super) fn put_back(&mut self, shown: Option<noise::HeldReading>) {
         let (Some(shown), Some(noise)) = (shown, &mut self.noise) else { return };
         let (now, fields) = (self.time, std::mem::replace(&mut self.fields, shown.fields));
@@ -207,14 +209,14 @@ impl Device {
         self.release(now);
     }
 
-    /// Makes the newest held reading that is old enough visible, if there is one.
+    /// Makes the newest held reading that is old enough visible, if any.
     pub fn release(&mut self, now: f64) {
         if let Some(r) = self.noise.as_mut().and_then(|n| n.release(now)) {
             (self.time, self.sequence, self.fields) = (r.time, r.sequence, r.fields);
         }
     }
 
-    /// Returns a view of a field.
+    /// Returns a view of a field, for plugins.
     pub fn view(&self, kind: &SensorKind, field: usize) -> tatu_field_view {
         let info = &kind.fields[field];
         let (first, n) = self.layout.spans[field];
@@ -286,7 +288,7 @@ pub struct Layout {
     pub lengths: Vec<u64>,
     /// Indices of the guards: the word before all fields, and the word after each.
     ends: Vec<u32>,
-    /// The bytes between the end of a field and its guard, where there are any.
+    /// The padding between the end of a field and its guard, for fields that have padding.
     pads: Vec<Pad>,
 }
 
@@ -374,12 +376,12 @@ impl Layout {
         self.ends.iter().all(|end| fields[*end as usize] == GUARD) && self.pads.iter().all(|pad| pad.is_empty(fields))
     }
 
-    /// Returns the number of words that the fields take.
+    /// Returns the number of words that the fields occupy, with their guards.
     pub fn words(&self) -> usize {
         self.words
     }
 
-    /// Clears the fields for a measurement.
+    /// Clears the fields for a measurement, and sets the guards.
     #[inline]
     pub(crate) fn clear(&self, fields: &mut [u64]) {
         fields.fill(0);

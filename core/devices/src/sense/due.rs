@@ -1,6 +1,7 @@
 //! Selection of the sensors that measure in a step.
 //!
-//! Most sensors measure in every step: they are listed once and not checked again. The others are checked in each step.
+//! Most sensors measure in every step; they are listed once and not checked again. All other sensors are checked in
+//! each step.
 
 use std::rc::Rc;
 
@@ -22,14 +23,14 @@ impl Sensing {
         self.rolls = rolls.into_iter().map(Rc::new).collect();
     }
 
-    /// Returns a turn for a single device; [`Sensing::was_alone`] takes it back for reuse.
+    /// Returns a turn for a single device; pass it to [`Sensing::was_alone`] for reuse.
     pub fn alone(&mut self, index: usize) -> Turn {
         let mut turn = std::mem::take(&mut self.alone);
         turn.clear();
         turn.add(index, &self.devices[index]);
         turn
     }
-    /// Takes back the turn from [`Sensing::alone`].
+    /// Stores the turn from [`Sensing::alone`] for reuse.
     pub fn was_alone(&mut self, turn: Turn) {
         self.alone = turn;
     }
@@ -39,8 +40,8 @@ impl Sensing {
         self.rolls.get(kind).cloned().unwrap_or_default()
     }
 
-    /// Fills `turn` with the devices that are due at this time, among the next ones in `roll.others` from index `from`
-    /// on. Returns how many were checked. Also releases their delayed readings that are old enough.
+    /// Checks the next devices in `roll.others` from index `from` on, and fills `turn` with those that are due at this
+    /// time. Returns the number of devices checked. Also releases delayed readings that are old enough.
     pub fn due(&mut self, roll: &Roll, from: usize, time: f64, turn: &mut Turn) -> usize {
         turn.clear();
         let some = roll.others.get(from..).unwrap_or_default();

@@ -1,4 +1,4 @@
-//! Images of a batch: what each pixel of its sensors sees.
+//! Images of a batch: the surfaces seen by each pixel of its sensors.
 
 use ::tatu_beams::{BeamScene, GridCast, GridImage, Light, Want};
 use tatu_plugin_api::abi::*;
@@ -54,7 +54,7 @@ impl Frames {
         take(&mut self.color, &mut self.image.color);
         take(&mut self.cosine, &mut self.image.cosine);
         take(&mut self.object, &mut self.image.object);
-        // A sensor that does not need a channel gets zeros, to keep the channels aligned.
+        // The channels that a sensor does not need are filled with zeros, so that pixel indices agree in all channels.
         let end = self.first.last().copied().unwrap_or(0) as usize;
         let lacks = |flag: u32| inputs & plan.without & flag != 0;
         if lacks(TATU_IN_COLOR) {

@@ -1,5 +1,5 @@
-//! Batches of sensors of a kind: the beams of many due sensors are cast together, and the plugin is called once for
-//! them.
+//! Batches of sensors of a kind: the beams of many due sensors are cast together, and the plugin is called once for all
+//! of them.
 
 use tatu_plugin_api::abi::*;
 use tatu_plugins::{
@@ -24,10 +24,10 @@ pub struct Job<'a> {
     pub kind: usize,
     /// Indices of [`Sensing::devices`], ascending.
     pub devices: &'a [usize],
-    /// Positions in `devices` at which a new batch begins. They do not depend on the number of threads, so the sensors
-    /// that fail together do not either.
+    /// Positions in `devices` at which a new batch begins. They do not depend on the number of threads, so neither does
+    /// which sensors fail together.
     pub cuts: &'a [usize],
-    /// Options for all of them.
+    /// Options for all these sensors.
     pub options: &'a MeasureOptions,
     /// The time of the measurement.
     pub moment: Moment,
@@ -36,7 +36,7 @@ pub struct Job<'a> {
 /// Options that override the parameters of sensors.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct MeasureOptions {
-    /// The only object that is visible, if set.
+    /// The only object that the sensors detect, if set.
     pub only: Option<tatu_object>,
     /// Limits that replace those of the sensors, if set.
     pub limits: Option<Limits>,
@@ -48,11 +48,11 @@ pub struct Around<'a> {
     pub scene: &'a Scene,
     /// The registry of plugins.
     pub registry: &'a Registry,
-    /// Returns the velocity of an object.
+    /// Returns the velocity of an object, by slot.
     pub twist: &'a dyn Fn(u32) -> [f64; 6],
     /// The watchdog's record of plugin calls.
     pub watch: &'a Watch,
-    /// Threads for the beams.
+    /// Threads that cast the beams.
     pub pool: &'a rayon::ThreadPool,
 }
 
@@ -93,7 +93,7 @@ fn in_batches(sensing: &mut Sensing, job: &Job<'_>, around: &Around<'_>) -> Vec<
     failed
 }
 
-/// Measures with a batch.
+/// Measures with the sensors of one batch.
 fn measure_batch(sensing: &mut Sensing, job: &Job<'_>, around: &Around<'_>) -> Vec<MeasureFailure> {
     let Job { kind, devices, options, moment, .. } = *job;
     let Around { scene, registry, twist, pool, watch, .. } = *around;
@@ -159,7 +159,7 @@ fn take_aim(s: &mut MeasureScratch, all: &[Device], job: &Job<'_>) -> Vec<Measur
         let Some(frames) = frames else {
             s.status[sensor] = TATU_ERR;
             let text = match whole {
-                true => "broke the contract: a ray has no finite origin, or no unit direction",
+                true => "broke the contract: a ray's origin is not finite, or its direction is not a unit vector",
                 false => "broke the contract: it wrote outside the rays of its batch",
             };
             let text = text.to_owned();

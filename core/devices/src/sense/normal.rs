@@ -1,13 +1,13 @@
 //! The inverse of the standard normal distribution function.
 //!
-//! It is the variant PPND16 of Wichura, "Algorithm AS 241: The percentage points of the normal distribution", Applied
+//! This is the variant PPND16 of Wichura, "Algorithm AS 241: The percentage points of the normal distribution", Applied
 //! Statistics 37 (1988), 477-484: rational functions, accurate to about 1 in 10^16. Apart from the four basic
 //! operations and the square root, which give the same results on every processor, it needs a logarithm for the tails
-//! (15 % of the numbers), which is taken from the `libm` crate so that it also gives the same results.
+//! (15 % of the numbers); that of the `libm` crate also gives the same results everywhere.
 
 #![allow(clippy::excessive_precision, reason = "the coefficients, digit by digit as printed")]
 
-/// Returns the value below which a share `p` of the normal distribution lies; `p` is between 0 and 1.
+/// Returns the value below which a share `p` of the normal distribution lies; `p` must be between 0 and 1.
 pub(super) fn quantile(p: f64) -> f64 {
     let q = p - 0.5;
     if q.abs() <= SPLIT { middle(q) } else { tail(p, q) }
@@ -39,7 +39,7 @@ pub(super) fn quantiles(all: &mut [f64]) {
 const BLOCK: usize = 128;
 const SPLIT: f64 = 0.425;
 
-/// Handles `p = 0.5 + q` with `|q|` at most 0.425.
+/// Returns the quantile of `p = 0.5 + q` for `|q|` of at most 0.425.
 #[inline(always)]
 fn middle(q: f64) -> f64 {
     let r = 0.180_625 - q * q;

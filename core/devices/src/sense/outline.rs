@@ -12,12 +12,12 @@ pub type Edge = [[f64; 3]; 2];
 
 /// Number of segments of a circle.
 const PIECES: u32 = 36;
-/// Maximum number of rays shown.
+/// Approximate maximum number of rays shown.
 const MOST_RAYS: usize = 60;
 /// Maximum range shown, m.
 const FARTHEST: f64 = 20.0;
 
-/// Returns the edges of a plan's beams; none for a sensor without beams.
+/// Returns the edges of a plan's beams; empty for a sensor without beams.
 pub fn edges(plan: &BeamPlan) -> Vec<Edge> {
     let (near, far) = (plan.near, plan.far.min(FARTHEST));
     let mut out = Vec::new();
@@ -107,7 +107,7 @@ pub fn edges(plan: &BeamPlan) -> Vec<Edge> {
 /// The corners of a rectangle in order.
 const AROUND: [(f64, f64); 4] = [(1.0, 1.0), (-1.0, 1.0), (-1.0, -1.0), (1.0, -1.0)];
 
-/// Divides an angle into equal pieces; returns where each begins and ends.
+/// Divides an angle into equal pieces; returns the start and the end of each.
 fn pieces(angle: f64) -> impl Iterator<Item = (f64, f64)> {
     let at = move |i: u32| angle * f64::from(i) / f64::from(PIECES);
     (0..PIECES).map(move |i| (at(i), at(i + 1)))

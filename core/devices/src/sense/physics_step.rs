@@ -1,5 +1,5 @@
-//! Sensors that measure after each physics step: what they feel is taken from the engine, and the plugin is called once
-//! for all sensors of a kind that are due.
+//! Sensors that measure after each physics step: their inputs, such as accelerations, loads and contacts, are read from
+//! the engine, and the plugin is called once for all sensors of a kind that are due.
 
 use nalgebra::{Isometry3, UnitQuaternion, Vector3};
 use tatu_physics::{BodyId, Contact, Engine, JointId};
@@ -26,7 +26,7 @@ pub struct StepAround<'a> {
     pub registry: &'a Registry,
     /// The watchdog's record of plugin calls.
     pub watch: &'a Watch,
-    /// Threads for large fields.
+    /// Threads that apply noise to large fields.
     pub pool: &'a rayon::ThreadPool,
     /// The beginning of the advance; `dt` is the duration of a physics step.
     pub moment: Moment,
@@ -38,7 +38,7 @@ pub struct StepSensing<'a> {
     around: StepAround<'a>,
     /// The sensors of each kind.
     kinds: Vec<(usize, Vec<Seat>)>,
-    /// Handles of the shapes that bodies represent, in order of bodies; empty if no sensor feels contacts.
+    /// Handles of the shapes that bodies represent, in order of bodies; empty if no sensor requires contacts.
     shapes: Vec<(BodyId, tatu_object)>,
     contacts: Vec<Contact>,
     /// For each contact, its body and its index, in order of bodies.
@@ -47,7 +47,7 @@ pub struct StepSensing<'a> {
     pub failed: Vec<MeasureFailure>,
 }
 
-/// A sensor, and the places where it feels.
+/// A sensor, with the joint, the body and the force sensor that its inputs are read from.
 struct Seat {
     device: usize,
     sensor: tatu_object,
@@ -66,7 +66,7 @@ struct Moving {
     twist: [f64; 6],
 }
 
-/// The joint that a sensor feels.
+/// The joint whose state is an input of a sensor.
 enum FeltJoint {
     /// A joint that the engine moves.
     Engine(JointId),
@@ -74,7 +74,8 @@ enum FeltJoint {
     Still([f64; 2]),
 }
 
-/// The force sensor that a sensor feels: its joint in the engine, the body that carries it, and its place on that body.
+/// The force sensor whose load is an input of a sensor: its joint in the engine, the body that carries it, and its
+/// frame on that body.
 struct Load {
     joint: JointId,
     carrier: BodyId,
@@ -116,7 +117,7 @@ impl<'a> StepSensing<'a> {
                 let observed = d.layout.plan.observed;
                 d.off |= observed != 0 && scene.resolve(observed).is_err();
                 if d.off {
-                    let text = "the object that it feels does not exist, or has been removed".to_owned();
+                    let text = "the object that it measures does not exist, or has been removed".to_owned();
                     let (call, status) = (Call::Measure, TATU_ERR_GONE);
                     failed.push(MeasureFailure { slot: d.slot, kind: *kind, call, text, status });
                 }
@@ -207,7 +208,7 @@ impl Seat {
     ) -> Self {
         let mount = Mount::of(scene, dynamics, d.slot, twist);
         let motion = mount.motion(dynamics.engine());
-        // The observed object itself counts, but not the sensor, which is none of these.
+        // The search starts at the observed object, or at the sensor, which is not of a kind that it looks for.
         let first = match d.layout.plan.observed {
             0 => Some(d.slot),
             observed => scene.resolve(observed).ok(),
@@ -245,7 +246,7 @@ impl Seat {
         Moving { pose: motion.pose, twist: motion.twist }
     }
 
-    /// Adds what the sensor felt in a physics step, except contacts, to the inputs of its batch.
+    /// Adds the sensor's inputs for a physics step, except contacts, to those of its batch.
     fn feel(&self, engine: &dyn Engine, (before, now): (Moving, Moving), dt: f64, inputs: u32, s: &mut MeasureScratch) {
         let pose = halfway(&before.pose, &now.pose);
         let each = |f: &dyn Fn(f64, f64) -> f64| std::array::from_fn(|i| f(before.twist[i], now.twist[i]));

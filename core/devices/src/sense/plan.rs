@@ -36,25 +36,25 @@ pub struct BeamPlan {
     pub far: f64,
     /// Largest angle between a ray and the normal of the face that it hits, rad.
     pub max_incidence: f64,
-    /// Which sides of faces count.
+    /// The sides of faces that count as hits.
     pub faces: Faces,
     /// Whether the sensor's own model is ignored.
     pub skip_model: bool,
-    /// Sizes of its own, which dimensions of its fields refer to.
+    /// Additional sizes that the dimensions of its fields refer to (`TATU_DIM_OWN`).
     pub own: [u32; 4],
-    /// Inputs of its kind that it does not need.
+    /// Inputs of its kind that this sensor does not need, as `TATU_IN_*` flags.
     pub without: u32,
-    /// Whether it sees visible objects instead of detectable ones.
+    /// Whether it detects visible objects instead of detectable ones.
     pub visible: bool,
-    /// Whether a point found by a volume counts only if nothing lies between it and the sensor.
+    /// Whether a point found by a volume counts only if no surface is between it and the sensor.
     pub occlude: bool,
     /// Whether the plugin moves and turns the rays before each cast.
     pub aimed: bool,
-    /// Origins of the rays in the sensor's frame, m; empty: they start at the sensor's origin.
+    /// Origins of the rays in the sensor's frame, m; if empty, all start at the sensor's origin.
     pub origins: Vec<[f64; 3]>,
-    /// Object that the sensor feels instead of those above it; 0: none.
+    /// Object that the sensor measures instead of those above it; 0 if there is no such object.
     pub observed: tatu_object,
-    /// `TATU_WAVES_*`: the kinds of detectable objects that it sees.
+    /// Kinds of waves of its beams, `TATU_WAVES_*`, which determine the objects that it detects.
     pub waves: u16,
 }
 
@@ -98,7 +98,7 @@ impl BeamPlan {
         })
     }
 
-    /// Asks an instance for its beams, and checks them.
+    /// Requests the beams of an instance from its plugin, and checks them.
     ///
     /// # Safety
     /// `data` must point to a live instance of this kind, and no borrow of its world may be active.
@@ -148,13 +148,13 @@ impl BeamPlan {
             TATU_BEAMS_PYRAMID | TATU_BEAMS_CYLINDER | TATU_BEAMS_DISC => (volume(&raw)?, vec![[0.0, 0.0, 1.0]]),
             TATU_BEAMS_RAYS => (Volume::Ray, rays(&raw)?),
             TATU_BEAMS_NONE | TATU_BEAMS_GRID | TATU_BEAMS_PARALLEL => (Volume::Ray, Vec::new()),
-            form => return Err(format!("beams of form {form} are not cast by this host; expected TATU_BEAMS_*")),
+            form => return Err(format!("beams of form {form} are not supported by this host; expected TATU_BEAMS_*")),
         };
         if !(raw.near_m >= 0.0 && raw.far_m >= raw.near_m) {
-            return Err(format!("beams from {} m to {} m", raw.near_m, raw.far_m));
+            return Err(format!("beams from {} m to {} m; expected 0 <= near <= far", raw.near_m, raw.far_m));
         }
         if !(0.0..=PI).contains(&raw.max_incidence) {
-            return Err(format!("a greatest incidence of {} rad; expected 0 to pi", raw.max_incidence));
+            return Err(format!("a maximum incidence of {} rad; expected 0 to pi", raw.max_incidence));
         }
         let image = image(&raw)?;
         let aimed = raw.form == TATU_BEAMS_RAYS && raw.flags & TATU_BEAMS_AIMED != 0;
@@ -187,13 +187,13 @@ impl BeamPlan {
         })
     }
 
-    /// Returns the set of targets that a sensor with this plan looks at.
+    /// Returns the set of targets of a sensor with this plan. `choice` is the number of its choice of objects.
     pub fn sees(&self, choice: u32) -> Sees {
         Sees { visible: self.visible, waves: self.waves, choice }
     }
 }
 
-/// Returns a volume with flat sides, or an error if its sizes are invalid.
+/// Returns a pyramid, cylinder or disc, or an error if its sizes are invalid.
 fn volume(raw: &tatu_beams) -> Result<Volume, String> {
     let [a, b, c, d, ..] = raw.dims;
     let all = |numbers: &[f64]| numbers.iter().all(|x| x.is_finite() && *x >= 0.0);
@@ -206,8 +206,7 @@ fn volume(raw: &tatu_beams) -> Result<Volume, String> {
     };
     volume.ok_or_else(|| {
         format!(
-            "a volume of form {} with the numbers {:?}; expected sizes of at least 0, and angles of at most a full \
-             turn",
+            "a volume of form {} with the sizes {:?}; expected sizes of at least 0, and angles of at most a full turn",
             raw.form, raw.dims
         )
     })
@@ -218,7 +217,7 @@ fn rays(raw: &tatu_beams) -> Result<Vec<[f64; 3]>, String> {
         return Err(format!("{} rays; expected at most {MAX_RAYS}", raw.count[0]));
     }
     if raw.directions.is_null() {
-        return Err("rays without directions".into());
+        return Err("the pointer to the directions of the rays is null".into());
     }
     // SAFETY: `directions` is not null, and the contract requires it to point to 3 numbers per ray that stay valid
     // after the call; `count` was limited to `MAX_RAYS`.
@@ -240,7 +239,7 @@ fn origins(raw: &tatu_beams) -> Result<Vec<[f64; 3]>, String> {
     }
 }
 
-/// Memory of an image per pixel, bytes: depth, colour, normal, object, and the reading. Images that take less than
+/// Memory of an image per pixel, bytes: depth, colour, normal, object, and the reading. Images that need at most
 /// `SMALL` bytes in total are not checked in advance.
 const BYTES_PER_PIXEL: usize = 48;
 const SMALL: usize = 64 << 20;
@@ -250,7 +249,7 @@ fn image(raw: &tatu_beams) -> Result<Option<Grid>, String> {
     let view = match raw.form {
         TATU_BEAMS_GRID if raw.dims[0] > 0.0 && raw.dims[0] < PI => View::Perspective { angle: raw.dims[0] },
         TATU_BEAMS_GRID => {
-            return Err(format!("an image of {} rad; expected more than 0 and less than pi", raw.dims[0]));
+            return Err(format!("an image angle of {} rad; expected more than 0 and less than pi", raw.dims[0]));
         }
         TATU_BEAMS_PARALLEL if raw.dims[0] > 0.0 && raw.dims[0].is_finite() => {
             View::Orthographic { width: raw.dims[0] }
@@ -259,7 +258,7 @@ fn image(raw: &tatu_beams) -> Result<Option<Grid>, String> {
         _ => return Ok(None),
     };
     if columns == 0 || rows == 0 || columns > MAX_SIDE || rows > MAX_SIDE {
-        return Err(format!("an image of {columns} x {rows} pixels; expected 1 to {MAX_SIDE} each way"));
+        return Err(format!("an image of {columns} x {rows} pixels; expected 1 to {MAX_SIDE} per side"));
     }
     let bytes = columns as usize * rows as usize * BYTES_PER_PIXEL;
     if bytes > SMALL && Vec::<u8>::new().try_reserve_exact(bytes).is_err() {
@@ -272,7 +271,7 @@ fn image(raw: &tatu_beams) -> Result<Option<Grid>, String> {
     Ok(Some(Grid { columns, rows, view, near: raw.near_m, far: raw.far_m }))
 }
 
-/// Maximum number of rays of a sensor. A larger number is assumed to be an error, which could lead to reads beyond the
+/// Maximum number of rays of a sensor. A larger number is assumed to be an error, which could cause reads beyond the
 /// plugin's memory.
 const MAX_RAYS: u32 = 1 << 24;
 
@@ -289,7 +288,7 @@ pub(super) fn look_along(d: [f64; 3]) -> UnitQuaternion<f64> {
 #[derive(Debug, Default)]
 pub struct Bundle(Option<RayBundle>);
 
-/// The bundle is derived from the directions, which are compared anyway.
+/// All bundles are equal: a bundle is derived from the directions of its plan, which are compared as well.
 impl PartialEq for Bundle {
     fn eq(&self, _: &Self) -> bool {
         true

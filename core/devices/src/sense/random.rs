@@ -13,7 +13,7 @@ pub struct Key {
 }
 
 impl Key {
-    /// Creates a key from the sensor's seed, its number of measurements, and the stream that draws (0: the plugin).
+    /// Creates a key from the sensor's seed, its number of measurements, and the stream (0 for that of the plugin).
     pub fn new(seed: u64, drawn: u64, stream: u64) -> Self {
         let at = mixed(mixed(mixed(seed).wrapping_add(drawn)).wrapping_add(stream));
         let step = mixed(at) | 1;
@@ -29,13 +29,13 @@ impl Key {
 
     /// Returns number `index` of the standard normal distribution.
     ///
-    /// It is the inverse of the distribution function at a number between 0 and 1, so each index has its own number,
-    /// with the same bits on every processor.
+    /// It is the inverse of the distribution function at a uniform number, so each index has its own number, with the
+    /// same bits on every processor.
     pub fn normal(self, index: u64) -> f64 {
         normal::quantile(self.between(index))
     }
 
-    /// Fills `out` with normal numbers from index `first` on; faster than one by one.
+    /// Fills `out` with normal numbers from index `first` on, which is faster than generating them one by one.
     pub fn normals(self, first: u64, out: &mut [f64]) {
         (first..).zip(out.iter_mut()).for_each(|(i, x)| *x = self.between(i));
         normal::quantiles(out);
@@ -65,7 +65,7 @@ fn finished(x: u64) -> u64 {
     x ^ (x >> 31)
 }
 
-/// Returns the table for a batch whose instances have these keys; it must not be used after `keys` is dropped.
+/// Returns the table for a batch whose instances have these keys. The table must not be used after `keys` is dropped.
 pub(super) fn table(keys: &[Key]) -> tatu_random {
     tatu_random {
         size: size_of::<tatu_random>() as u32,
@@ -93,10 +93,11 @@ unsafe extern "C" fn normal(table: *const tatu_random, i: u32, first: u64, n: u6
 }
 
 /// # Safety
-/// `table` must have been made by [`table`] from keys that are alive; `out` must be null or have room for `n` numbers.
+/// `table` must have been created by [`table`] from keys that are alive; `out` must be null or have room for `n`
+/// numbers.
 unsafe fn fill(table: *const tatu_random, i: u32, n: u64, out: *mut f64, numbers: impl Fn(Key, &mut [f64])) {
     // SAFETY: the caller guarantees that the keys are alive and that `out` is null or has room for `n` numbers; `i` and
-    // `out` are checked before use. The memory at `out` is initialised before a slice is made of it.
+    // `out` are checked before use. The memory at `out` is initialised before a slice of it is created.
     unsafe {
         if i < (*table).reserved && n > 0 && !out.is_null() {
             let key = *(*table).ctx.cast::<Key>().add(i as usize);

@@ -1,5 +1,5 @@
-//! Memory of readings. Sensors created one after the other have adjacent readings, because that is how they are filled
-//! and read.
+//! Memory of readings. Sensors that are created one after the other have adjacent readings, because readings are
+//! written and read in this order.
 
 use std::{
     cell::UnsafeCell,

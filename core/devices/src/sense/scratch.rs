@@ -18,11 +18,11 @@ use super::{
 pub struct Moment {
     /// Simulation time, s.
     pub time: f64,
-    /// Number of the step.
+    /// Number of the step, from 0.
     pub step: u64,
     /// Duration of the step, s.
     pub dt: f64,
-    /// Gravity, m/s^2, world frame.
+    /// Gravity in the world frame, m/s^2.
     pub gravity: [f64; 3],
 }
 
@@ -38,7 +38,7 @@ pub(super) struct MeasureScratch {
     pub twist: Vec<[f64; 6]>,
     pub acceleration: Vec<[f64; 6]>,
     pub joint: Vec<[f64; 3]>,
-    /// For each sensor, the index of its first contact, and the total number at the end.
+    /// For each sensor, the index of its first contact; the last entry is the total number of contacts.
     pub first_contact: Vec<u64>,
     pub contact: Vec<tatu_contact>,
     pub friction: Vec<[f64; 3]>,

@@ -1,4 +1,4 @@
-//! The sensors of a world, and their readings, which the host owns.
+//! The sensors of a world, and their readings, which are stored in the host.
 
 use std::rc::Rc;
 
@@ -19,7 +19,7 @@ use super::{
 pub struct Sensing {
     /// All sensors; batches refer to them by index.
     pub devices: Vec<Device>,
-    /// For each slot, the index of its device plus one; 0: none.
+    /// For each slot, the index of its device plus one, or 0 without a device.
     by_slot: Vec<u32>,
     /// Lists of devices by kind.
     pub(super) rolls: Vec<Rc<Roll>>,
@@ -56,7 +56,7 @@ impl Sensing {
     pub fn relist(&mut self) {
         self.listed = false;
     }
-    /// Discards what was derived from the scene, which has been replaced.
+    /// Discards all data derived from the scene, which has been replaced.
     pub fn forget_scene(&mut self) {
         (self.targets, self.settled) = (Targets::default(), None);
     }
@@ -90,7 +90,7 @@ impl Sensing {
         }
         self.by_slot[slot] = index as u32 + 1;
     }
-    /// Returns the layout of one of the most recently added sensors, if it is equal.
+    /// Returns the layout of one of the most recently added sensors that equals `layout`, so that they can share it.
     pub fn like(&self, layout: &Layout) -> Option<Rc<Layout>> {
         let last = self.devices.iter().rev().take(LOOK_BACK).map(|d| &d.layout);
         last.into_iter().find(|l| ***l == *layout).cloned()

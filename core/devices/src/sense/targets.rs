@@ -12,22 +12,22 @@ pub struct Targets {
     pub detectable: Seen,
     /// All visible forms.
     pub visible: Seen,
-    /// Subsets for sensors that do not see all detectable or visible forms.
+    /// Subsets for sensors that do not detect all detectable or visible forms.
     special: Vec<(Sees, Seen)>,
-    /// Choices of objects that sensors see, indexed by slot; the first one has number 1.
+    /// Choices of objects: for each slot, whether the object is detected. The first choice has number 1.
     choices: Vec<Vec<bool>>,
-    /// Whether anything is detectable by some kinds of waves only, for this version of the scene's shapes.
+    /// A version of the scene's shapes, and whether it contains shapes that only some kinds of waves detect.
     selective: (u64, bool),
 }
 
-/// A set of targets that a sensor looks at.
+/// The properties of a sensor that determine its set of targets.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Sees {
-    /// Visible forms instead of detectable ones.
+    /// Whether the sensor detects visible forms instead of detectable ones.
     pub visible: bool,
-    /// The waves of its beams.
+    /// The kinds of waves of its beams, `TATU_WAVES_*`.
     pub waves: u16,
-    /// Number of its choice of objects, see [`Targets::choice`]; 0: all objects.
+    /// Number of its choice of objects, see [`Targets::choice`], or 0 for all objects.
     pub choice: u32,
 }
 
@@ -37,13 +37,14 @@ pub struct Seen {
     pub beams: BeamScene,
     /// The origin of each target.
     places: Vec<Place>,
-    /// For each slot, the index of its first target plus one; 0: none. The targets of a slot are adjacent.
+    /// For each slot, the index of its first target plus one, or 0 without a target. The targets of a slot are
+    /// adjacent.
     first: Vec<u32>,
-    /// The versions of the scene's shapes and visibility that it was built from.
+    /// The versions of the scene's shapes and visibility that the targets were created from.
     built: (u64, u64),
-    /// The version of the scene's colours that it shows.
+    /// The version of the scene's colours that the targets have.
     colored: u64,
-    /// Position in the scene's list of moves up to which it is updated.
+    /// Position in the scene's list of moves up to which the targets are updated.
     followed: u64,
     /// Reused buffer of targets that have moved.
     moved: Vec<(usize, Isometry3<f64>)>,
@@ -58,7 +59,8 @@ struct Place {
 }
 
 impl Targets {
-    /// Updates a set of targets from the scene; many moves are processed by the threads of `pool`.
+    /// Updates a set of targets from the scene. If several targets have moved, they are updated on the threads of
+    /// `pool`.
     pub fn follow(&mut self, scene: &Scene, sees: Sees, pool: &ThreadPool) {
         if self.selective.0 != scene.shape_version {
             let mut shapes = scene.tree(0).into_iter().filter_map(|slot| scene.get(slot)?.shape());
@@ -104,7 +106,7 @@ impl Targets {
     pub fn choice(&mut self, scene: &Scene, sensor: u32, view: &SensorTargets) -> u32 {
         let found = |paths: &[String]| paths.iter().filter_map(|p| scene.find(sensor, p)).collect::<Vec<_>>();
         let (targets, ignored) = (found(&view.targets), found(&view.ignored));
-        // A choice whose targets have all been removed sees nothing, rather than everything.
+        // If all targets of a choice have been removed, nothing is detected, rather than everything.
         let otherwise = view.targets.is_empty();
         let mut chosen = Vec::new();
         // Parents precede their children.

@@ -9,7 +9,7 @@ pub struct Turn {
     pub devices: Vec<usize>,
     /// Positions in `devices` at which a new batch begins.
     pub cuts: Vec<usize>,
-    /// The sets of targets that they look at, each once.
+    /// The distinct sets of targets of the sensors.
     pub sees: Vec<Sees>,
 }
 
@@ -18,7 +18,7 @@ pub struct Turn {
 pub struct Roll {
     /// Sensors that measure in every step.
     pub steady: Turn,
-    /// All other sensors, ascending.
+    /// Indices of all other sensors, ascending.
     pub(super) others: Vec<usize>,
 }
 

@@ -1,4 +1,4 @@
-//! What is run.
+//! The jobs of a sweep.
 
 use std::collections::BTreeMap;
 
@@ -9,10 +9,10 @@ use tatu_core::errors::{Error, Result};
 
 use super::Metric;
 
-/// Longest run, s of simulation time: ten years.
+/// Longest simulation time of a job, s: about ten years.
 const LONGEST: f64 = 3.2e8;
 
-/// A run of a scene.
+/// One run of a scene.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Job {
@@ -24,28 +24,28 @@ pub struct Job {
     pub set: BTreeMap<String, Value>,
     /// Simulation time to run, s.
     pub seconds: f64,
-    /// Numbers that are taken of the run, by name.
+    /// Metrics of the run, by name.
     #[serde(default)]
     pub metrics: BTreeMap<String, Metric>,
 }
 
 impl Job {
-    /// Reads a job from JSON.
+    /// Parses a job from JSON.
     ///
     /// # Errors
-    /// It is not a job; the message has the line and what was expected.
+    /// The text is not a job; the message contains the line and what was expected.
     pub fn parse(text: &str) -> Result<Self> {
-        serde_json::from_str(text).map_err(|e| Error::new("E102", format!("this is no job of a sweep: {e}")))
+        serde_json::from_str(text).map_err(|e| Error::new("E102", format!("this is not a job of a sweep: {e}")))
     }
 
     pub(super) fn check(&self) -> Result {
         match self.seconds {
             s if s.is_finite() && (0.0..=LONGEST).contains(&s) => Ok(()),
-            s => Err(Error::new("E102", format!("a job of {s} s cannot be run")).expected("seconds, at least 0")),
+            s => Err(Error::new("E102", format!("a job cannot run for {s} s")).expected("0 to 3.2e8 s")),
         }
     }
 
-    /// Returns the changes as settings.
+    /// Returns the changes as settings of the form `KEY=VALUE`.
     pub(super) fn settings(&self) -> impl Iterator<Item = String> {
         self.set.iter().map(|(key, value)| format!("{key}={}", toml(value)))
     }
@@ -54,13 +54,13 @@ impl Job {
     pub(super) fn key(&self, base: &[u8; 32]) -> String {
         let mut hash = Sha256::new();
         hash.update(base);
-        // Maps are ordered, and numbers are written with all their digits, so equal jobs give equal text.
+        // Maps are ordered, and numbers are written with all their digits, so equal jobs have equal text.
         hash.update(serde_json::to_vec(self).unwrap_or_default());
         hash.finalize().iter().take(16).map(|b| format!("{b:02x}")).collect()
     }
 }
 
-/// A JSON value as TOML.
+/// Formats a JSON value as TOML.
 fn toml(value: &Value) -> String {
     match value {
         Value::Array(all) => format!("[{}]", all.iter().map(toml).collect::<Vec<_>>().join(", ")),
@@ -68,7 +68,7 @@ fn toml(value: &Value) -> String {
             let pairs = all.iter().map(|(k, v)| format!("{} = {}", Value::from(k.as_str()), toml(v)));
             format!("{{{}}}", pairs.collect::<Vec<_>>().join(", "))
         }
-        // Numbers, texts and truth values look the same in both.
+        // Numbers, strings and Booleans are written the same way in both formats.
         other => other.to_string(),
     }
 }

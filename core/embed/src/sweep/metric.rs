@@ -1,4 +1,4 @@
-//! Numbers that are taken of a run.
+//! Metrics: numbers that are computed from a run.
 
 use serde::{Deserialize, Serialize};
 use tatu_core::{
@@ -6,7 +6,7 @@ use tatu_core::{
     errors::{Error, Result},
 };
 
-/// A number that is taken of a run.
+/// A number that is computed from a run.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Metric {
@@ -14,63 +14,64 @@ pub struct Metric {
     pub object: String,
     /// Name of a property, or of a field of the object's readings.
     pub field: String,
-    /// The element that is taken, from 0; without it, all of them are reduced to one number.
+    /// Index of the element to use, from 0. If it is `None`, all elements are reduced to one number.
     #[serde(default)]
     pub index: Option<usize>,
-    /// How several elements become one number.
+    /// How several elements are reduced to one number.
     #[serde(default)]
     pub reduce: Reduce,
-    /// When it is taken.
+    /// How the values of all steps are combined.
     #[serde(default)]
     pub over: Over,
 }
 
-/// How several elements become one number.
+/// How several elements are reduced to one number.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Reduce {
-    /// The first.
+    /// The first element.
     #[default]
     First,
-    /// The least.
+    /// The least element.
     Min,
-    /// The greatest.
+    /// The greatest element.
     Max,
-    /// Their sum.
+    /// The sum of the elements.
     Sum,
-    /// Their mean.
+    /// The mean of the elements.
     Mean,
-    /// The root of the sum of their squares.
+    /// The Euclidean norm of the elements.
     Norm,
 }
 
-/// Over which part of the run a number is taken.
+/// How the values after each step are combined into one number.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Over {
-    /// After the last step.
+    /// The value after the last step.
     #[default]
     End,
-    /// The least after any step.
+    /// The least value.
     Min,
-    /// The greatest after any step.
+    /// The greatest value.
     Max,
     /// The sum over all steps.
     Sum,
     /// The mean over all steps.
     Mean,
-    /// The way of the number: the sum of its changes, each taken as positive.
+    /// The path length of the value: the sum of the magnitudes of its changes.
     Way,
 }
 
-/// A metric of a run that is going on.
+/// A metric of a run in progress.
 pub(super) struct Taken<'a> {
     name: &'a str,
     metric: &'a Metric,
     channel: Channel,
     numbers: Vec<f64>,
-    /// The number before, and what has been gathered.
+    /// Value after the previous step.
     last: Option<f64>,
+    /// Value accumulated so far; `None` before the first step.
     gathered: Option<f64>,
     count: u64,
 }
@@ -81,12 +82,12 @@ impl<'a> Taken<'a> {
         let channel = channel.map_err(|r| wrong(name, &r.1))?;
         let count = channel.shape.iter().product();
         if let Some(index) = metric.index.filter(|i| *i >= count) {
-            let text = format!("`{}` of {} has {count} elements, no element {index}", metric.field, metric.object);
+            let text = format!("`{}` of {} has {count} elements, but no element {index}", metric.field, metric.object);
             return Err(wrong(name, &text).expected(format!("an index from 0 to {}", count.saturating_sub(1))));
         }
         let mut taken =
             Taken { name, metric, channel, numbers: vec![0.0; count], last: None, gathered: None, count: 0 };
-        // A way begins where the run does; everything else is of what the steps did.
+        // `Over::Way` starts at the initial value; all others use the values after steps.
         taken.last = Some(taken.read(world)?);
         Ok(taken)
     }
@@ -114,7 +115,7 @@ impl<'a> Taken<'a> {
         Ok(())
     }
 
-    /// The number, or `None` if there is none: no step was done, or it is not finite.
+    /// Returns the metric, or `None` if it has no finite value, such as a mean over no steps.
     pub fn value(&self) -> Option<f64> {
         let number = match self.metric.over {
             Over::End => self.gathered.or(self.last),

@@ -1,8 +1,8 @@
-//! Many runs of one scene that differ in seeds and parameters. Each is a pure function of its [`Job`] and of the scene's
-//! files and plugins, and gives a [`Row`].
+//! Many runs of one scene that differ in seeds and parameters. Each run is a pure function of its [`Job`] and of the
+//! scene's files and plugins, and produces a [`Row`].
 //!
-//! - `job`: what is run, and its key; `metric`: numbers that are taken of a run;
-//! - [`plan`]: jobs of a sweep file.
+//! - `job`: one run and its key; `metric`: numbers that are computed from a run;
+//! - [`plan`]: the jobs of a sweep file.
 
 mod job;
 mod metric;
@@ -35,11 +35,12 @@ use metric::Taken;
 pub struct Sweep {
     header: Header,
     registry: Arc<Registry>,
-    /// Hash of the scene's files and of the plugins' libraries: the same key of a job means the same run.
+    /// Hash of the scene's files and of the plugins' libraries. It is part of the keys of jobs, so that equal keys mean
+    /// equal runs.
     base: [u8; 32],
 }
 
-/// What a run gave. It does not depend on the machine or on the time of day.
+/// The results of a run. They do not depend on the machine or on the time of day.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Row {
     /// Key of the job.
@@ -48,11 +49,11 @@ pub struct Row {
     pub seed: Option<u64>,
     /// Changes to the scene, by setting.
     pub set: std::collections::BTreeMap<String, serde_json::Value>,
-    /// Steps done.
+    /// Number of steps run.
     pub steps: u64,
     /// Simulation time at the end, s.
     pub time: f64,
-    /// Numbers that were asked for, by name; `null` where there is none, such as the mean of nothing.
+    /// Values of the requested metrics, by name; `None` if there is no finite value, such as a mean over no steps.
     pub metrics: std::collections::BTreeMap<String, Option<f64>>,
     /// Hash of the state at the end.
     pub hash: String,
@@ -60,7 +61,7 @@ pub struct Row {
     pub faults: u64,
 }
 
-/// Adds a scene to a hash: its files by names that do not depend on where they lie, and its changes.
+/// Adds a scene to a hash: its files, under names that do not depend on where the scene is stored, and its changes.
 fn scene(header: &Header, hash: &mut Sha256) {
     let here = header.scene.parent().unwrap_or(Path::new(""));
     let name = |path: &Path| {
@@ -86,11 +87,11 @@ fn scene(header: &Header, hash: &mut Sha256) {
 }
 
 impl Sweep {
-    /// Returns a scene with all its files as text, from which [`open`](Self::open) runs it on any machine that has the
-    /// same plugins.
+    /// Returns a scene with all its files as a text that [`open`](Self::open) accepts on any machine with the same
+    /// plugins. Permissions (`allow`) are not part of it.
     ///
     /// # Errors
-    /// The scene is invalid, or runs only with what a bundle cannot hold: stand-ins, `allow`.
+    /// The scene is invalid.
     pub fn bundle(setup: &Setup) -> Result<String> {
         let engine = Engine::load(setup)?;
         let header = Header::new(&engine.document, &engine.registry, None, setup.set.clone(), setup.scripts.clone());
@@ -101,11 +102,11 @@ impl Sweep {
     /// Loads the plugins for a bundle.
     ///
     /// # Errors
-    /// It is no bundle, or a plugin of it is missing here or has another version.
+    /// The text is not a bundle, or a plugin that it needs is missing or has another version.
     pub fn open(bundle: &str) -> Result<Self> {
         let header: Header = serde_json::from_str(bundle).map_err(|e| {
             Error::new("E116", format!("the bundle of a scene cannot be read: {e}"))
-                .help("make it anew, with the same version of the program")
+                .help("create it again with this version of the program")
         })?;
         share_process();
         let registry = registry_of(&Setup::new(crate::Scene::File(header.scene.clone())), true)?;
@@ -130,8 +131,8 @@ impl Sweep {
         job.key(&self.base)
     }
 
-    /// Runs a job, on a thread of its own. `record`: a file for the input log, from which `tatu run --replay` repeats the
-    /// run.
+    /// Runs a job on a thread of its own. `record` is a file for the input log, from which `tatu run --replay` repeats
+    /// the run.
     ///
     /// # Errors
     /// A setting or metric is invalid. Errors of scripts are counted in the row.
@@ -143,7 +144,7 @@ impl Sweep {
         thread::scope(|scope| {
             let thread = thread::Builder::new().name("job".into()).stack_size(STACK).spawn_scoped(scope, run);
             let thread = thread.map_err(|e| Error::new("E401", format!("cannot start a thread for a run: {e}")))?;
-            thread.join().unwrap_or_else(|_| Err(Error::new("E405", "the run was lost")))
+            thread.join().unwrap_or_else(|_| Err(Error::new("E405", "the thread of the run panicked")))
         })
     }
 
@@ -192,7 +193,7 @@ impl Sweep {
         })
     }
 
-    /// Ends the plugins, if nobody else uses them.
+    /// Ends the plugins, if nothing else uses them.
     pub fn end(self) {
         release(self.registry);
     }

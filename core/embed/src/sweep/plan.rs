@@ -1,4 +1,4 @@
-//! Sweep files: which jobs a sweep consists of.
+//! Sweep files, which describe the jobs of a sweep.
 //!
 //! ```toml
 //! scene = "room.toml"
@@ -24,27 +24,27 @@ use toml_edit::{DocumentMut, Item, TableLike};
 use super::{Job, Metric};
 use crate::search::scene_file;
 
-/// Most jobs of one file.
+/// Maximum number of jobs of a sweep file.
 const MOST_JOBS: usize = 100_000_000;
 
-/// A sweep, as a file describes it.
+/// A sweep, as described by a file.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Plan {
-    /// The scene, a path from the folder of the file.
+    /// The scene file. A relative path in a sweep file starts at the folder of that file.
     pub scene: PathBuf,
     /// Seeds; each combination is run with each of them.
     pub seeds: Vec<Option<u64>>,
     /// Values of parameters, in order; each combination is run.
     pub grid: Vec<(String, Vec<Value>)>,
-    /// What all jobs have in common.
+    /// The settings that all jobs have in common.
     pub common: Job,
 }
 
 impl Plan {
-    /// Reads a sweep from the text of a file, which lies in `folder`.
+    /// Parses the text of the sweep file `file`.
     ///
     /// # Errors
-    /// It is not TOML, has an unknown key, or a value of another type.
+    /// The text is not TOML, has an unknown key, or has a value of the wrong type.
     pub fn parse(file: &Path, text: &str) -> Result<Self> {
         let wrong = |text: String| Error::new("E102", format!("{}: {text}", file.display()));
         let doc: DocumentMut =
@@ -56,7 +56,7 @@ impl Plan {
         }
         let folder = file.parent().unwrap_or(Path::new(""));
         let scene = doc.get("scene").and_then(Item::as_str);
-        let scene = scene.ok_or_else(|| wrong("`scene` is missing".into()).expected("the scene file, as a text"))?;
+        let scene = scene.ok_or_else(|| wrong("`scene` is missing".into()).expected("the path of a scene file"))?;
         let seconds = doc.get("seconds").and_then(|s| s.as_float().or(s.as_integer().map(|i| i as f64)));
         let seconds = seconds.ok_or_else(|| wrong("`seconds` is missing".into()).expected("a number"))?;
         let table = |key: &str| match doc.get(key) {
@@ -70,11 +70,11 @@ impl Plan {
         for (key, item) in table("grid")?.into_iter().flat_map(TableLike::iter) {
             match json(item) {
                 Some(Value::Array(values)) if !values.is_empty() => grid.push((key.to_owned(), values)),
-                _ => return Err(wrong(format!("the values of `{key}` are no list")).expected("a list of values")),
+                _ => return Err(wrong(format!("the values of `{key}` are not a list")).expected("a list of values")),
             }
         }
         for (key, item) in table("set")?.into_iter().flat_map(TableLike::iter) {
-            let value = json(item).ok_or_else(|| wrong(format!("`{key}` has no value that a setting can have")))?;
+            let value = json(item).ok_or_else(|| wrong(format!("`{key}` has a value that a setting cannot have")))?;
             set.insert(key.to_owned(), value);
         }
         for (key, item) in table("metrics")?.into_iter().flat_map(TableLike::iter) {
@@ -82,17 +82,17 @@ impl Plan {
             match metric {
                 Some(Ok(metric)) => drop(metrics.insert(key.to_owned(), metric)),
                 Some(Err(e)) => return Err(wrong(format!("the metric `{key}`: {e}"))),
-                None => return Err(wrong(format!("the metric `{key}` is no table"))),
+                None => return Err(wrong(format!("the metric `{key}` is not a table"))),
             }
         }
         let seeds = match doc.get("seeds") {
             None => vec![None],
             Some(item) => seeds(item).ok_or_else(|| {
-                wrong("`seeds` are wrong".into()).expected("a list of integers, or { first = 0, count = 100 }")
+                wrong("`seeds` is invalid".into()).expected("a list of integers, or { first = 0, count = 100 }")
             })?,
         };
         let common = Job { seed: None, set, seconds, metrics };
-        common.check().map_err(|e| wrong(e.text).expected("seconds, at least 0"))?;
+        common.check().map_err(|e| wrong(e.text).expected("0 to 3.2e8 s"))?;
         // A scene beside the file, or one that comes with the program.
         let beside = folder.join(scene);
         let named = scene_file(Path::new(scene));
@@ -110,7 +110,7 @@ impl Plan {
         self.grid.iter().fold(self.seeds.len(), |n, (_, values)| n * values.len())
     }
 
-    /// Returns a job by its number: seeds change fastest, then the last parameter of the grid.
+    /// Returns a job by its index, from 0. Seeds vary fastest, then the last parameter of the grid.
     pub fn job(&self, number: usize) -> Job {
         let mut job = self.common.clone();
         job.seed = self.seeds[number % self.seeds.len()];
@@ -135,7 +135,7 @@ fn seeds(item: &Item) -> Option<Vec<Option<u64>>> {
     wanted.then(|| (first..first.checked_add(count).unwrap_or(first)).map(Some).collect())
 }
 
-/// A value of TOML as JSON; `None` for what JSON does not have.
+/// Converts a TOML value to JSON. Returns `None` if JSON cannot represent it, such as a date.
 fn json(item: &Item) -> Option<Value> {
     match item {
         Item::Value(v) => json_value(v),
@@ -191,9 +191,9 @@ mod tests {
         for (text, part) in [
             ("scene = 'a'\nseconds = 1\nseed = 3", "did you mean `seeds`?"),
             ("seconds = 1", "`scene` is missing"),
-            ("scene = 'a'\nseconds = -1", "seconds, at least 0"),
+            ("scene = 'a'\nseconds = -1", "0 to 3.2e8 s"),
             ("scene = 'a'\nseconds = 1\nseeds = []", "a list of integers"),
-            ("scene = 'a'\nseconds = 1\n[grid]\nx = 3", "the values of `x` are no list"),
+            ("scene = 'a'\nseconds = 1\n[grid]\nx = 3", "the values of `x` are not a list"),
             ("scene = 'a'\nseconds = 1\n[metrics]\nx = {object = '/a', field = 'b', over = 'maximum'}", "maximum"),
             ("scene = ", "expected"),
         ] {

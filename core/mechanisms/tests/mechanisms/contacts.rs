@@ -1,4 +1,4 @@
-//! Trees that touch the ground and each other.
+//! Tests of contacts of trees with the ground and with each other.
 
 use nalgebra::{Isometry3, Matrix3, Point3, Vector3};
 use tatu_mechanisms::{
@@ -9,7 +9,7 @@ use super::robots::{gravity, load};
 
 const H: f64 = 1.25e-3;
 
-/// Trees with all that their steps need.
+/// Trees, and everything that their steps need.
 struct World {
     trees: Vec<Tree>,
     states: Vec<State>,
@@ -17,7 +17,7 @@ struct World {
     solvers: Vec<Solver>,
     carried: Vec<Vec<f64>>,
     contacts: Vec<Contact>,
-    /// The point of each side of a contact: in the frame of its link, or in the world.
+    /// The point of each side of a contact, in the frame of its link, or in the world frame.
     points: Vec<[Vector3<f64>; 2]>,
     group: Group,
     gravity: Vector3<f64>,
@@ -45,7 +45,7 @@ impl World {
         self.points.push(points);
     }
 
-    /// Finds where the points are, as collision detection does.
+    /// Updates arms and distances of the contacts, as collision detection does.
     fn detect(&mut self) {
         let mut kinematics: Vec<Kinematics> = self.trees.iter().map(Kinematics::new).collect();
         for (k, (tree, state)) in kinematics.iter_mut().zip(self.trees.iter().zip(&self.states)) {
@@ -86,7 +86,7 @@ impl World {
     }
 }
 
-/// Returns a contact of a point of a link with a plane through a point of the world.
+/// Returns a contact between a point of a link and a plane through a point of the world.
 fn on_plane(
     member: usize,
     link: usize,
@@ -121,7 +121,7 @@ fn corners(size: f64) -> Vec<Vector3<f64>> {
     [(1.0, 1.0), (1.0, -1.0), (-1.0, 1.0), (-1.0, -1.0)].map(|(x, y)| Vector3::new(x * half, y * half, -half)).into()
 }
 
-/// A slope, as a plane at the origin and gravity turned about y.
+/// Returns a world with a slope, as a horizontal plane at the origin with gravity rotated about y.
 fn sloped(degrees: f64, friction: f64) -> World {
     let mut world = World::new(vec![cube(2.0, 0.2)]);
     world.states[0].q[2] = 0.1;
@@ -145,7 +145,7 @@ fn block_sticks_on_a_slope_and_slides_at_the_acceleration_of_coulomb() {
     let (sine, cosine) = libm::sincos(30f64.to_radians());
     let expected = 9.81 * (sine - 0.3 * cosine);
     assert!((world.states[0].v[0] / expected - 1.0).abs() < 1e-4, "{} {expected}", world.states[0].v[0]);
-    // the friction cone is round: sliding askew slows down along the path
+    // The friction cone is isotropic: in any direction, friction acts along the path.
     let mut world = sloped(0.0, 0.3);
     (world.states[0].v[0], world.states[0].v[1]) = (3.0, 4.0);
     world.steps(1.0);
@@ -216,7 +216,7 @@ fn tower_of_cubes_stands_with_forces_that_add_up() {
     }
 }
 
-/// A robot in a pose with its feet, points of its lowest links, on the ground.
+/// Returns a world with a robot whose feet, points of its lowest links, are on the ground.
 fn standing(name: &str, height: f64) -> World {
     let robot = load(name);
     let mut world = World::new(vec![robot.tree.clone()]);
@@ -307,7 +307,7 @@ fn robots_that_are_dropped_come_to_stand() {
     }
 }
 
-/// Two fingers on slides press a cube with 20 N, and are shaken.
+/// Two fingers on slides grip a cube with 20 N while they are shaken.
 #[test]
 fn grip_holds_what_is_shaken() {
     for (mass, force, finger) in [(0.1, 20.0, 0.015), (1.0, 200.0, 0.1)] {
@@ -377,7 +377,7 @@ fn drive_presses_a_table_with_its_bound_and_no_more() {
     assert!((world.states[0].q[0] - 0.1).abs() < 1e-3 && world.force().z == 0.0);
 }
 
-/// A wheel that a drive turns rolls without slipping: the point of contact does not turn with it.
+/// A driven wheel rolls without slipping: the contact point does not rotate with the wheel.
 #[test]
 fn wheel_rolls() {
     let plain = |parent, joint, mass: f64| {
@@ -394,7 +394,7 @@ fn wheel_rolls() {
     world.touch(on_plane(0, 2, Vector3::new(0.0, 0.0, -0.1), Vector3::zeros(), Vector3::z()));
     world.contacts[0].friction = 0.5;
     for _ in 0..1600 {
-        // the lowest point of the wheel, wherever it has turned to
+        // The contact is at the lowest point of the wheel, whatever its angle.
         let (sine, cosine) = libm::sincos(world.states[0].q[2]);
         world.points[0][1] = Vector3::new(0.1 * sine, 0.0, -0.1 * cosine);
         world.step();
@@ -403,7 +403,7 @@ fn wheel_rolls() {
     assert!((world.states[0].q[1] - 0.1).abs() < 1e-6);
 }
 
-/// A door that dry friction holds, and one that rests on its stop, open when something that no tree moves pushes them.
+/// A door held by dry friction, and one that rests on its stop, open when a body that is not a link pushes them.
 #[test]
 fn held_joints_are_pushed_by_what_moves_by_itself() {
     for (friction, limits) in [(2.0, None), (0.0, Some([0.0, 2.0]))] {

@@ -1,4 +1,4 @@
-//! Drives that hold, springs and gains, friction, and motors whose force depends on their speed.
+//! Tests of velocity drives, springs and gains, friction, and motors whose force depends on their speed.
 
 use nalgebra::Vector3;
 use tatu_mechanisms::{Bound, Drive, Drives, Dynamics, Joint, Link, Solver, State, Tree};
@@ -55,7 +55,7 @@ fn velocity_drives_move_exactly_with_the_torques_of_inverse_dynamics() {
     for d in 0..n {
         let speed = 0.2 + 0.05 * d as f64;
         assert_eq!(state.v[d], speed);
-        // the first step goes from rest to the speed, half of the way on average
+        // The first step accelerates from rest, so its mean speed is half of the target.
         assert!((state.q[d] - speed * (800.0 - 0.5) * H).abs() < 1e-12);
     }
     let mut middle = state.clone();
@@ -73,7 +73,7 @@ fn velocity_drives_move_exactly_with_the_torques_of_inverse_dynamics() {
 
 #[test]
 fn gains_are_a_system_of_second_order() {
-    // inertia 0.5, natural frequency 12 rad/s; damping ratios below, at and above 1
+    // The inertia is 0.5 kg m², and the natural frequency 12 rad/s; damping ratios are below, at and above 1.
     for ratio in [0.1, 0.7, 2.0] {
         let (inertia, frequency) = (0.5, 12.0);
         let tree = Tree::new(vec![single(Joint::Revolute(Vector3::z()))]).unwrap();
@@ -104,7 +104,7 @@ fn gains_are_a_system_of_second_order() {
 
 #[test]
 fn gains_stay_within_their_bound() {
-    // at the bound, the motion is uniformly accelerated
+    // At the bound, the acceleration is constant.
     let tree = Tree::new(vec![single(Joint::Revolute(Vector3::z()))]).unwrap();
     let mut drives = Drives::new(&tree);
     let bound = Bound::force(3.0);
@@ -129,7 +129,7 @@ fn stiff_gains_do_not_pass_their_bound_either() {
             for _ in 0..2000 {
                 let report = solver.step(&mut state, &tree, &drives, gravity(), H).unwrap();
                 assert!(report.met);
-                // what acts, not only what is said to act
+                // Check the force that acts, not only the reported one.
                 let acts = 0.5 * solver.accelerations()[0];
                 assert!(acts.abs() <= 3.0 * (1.0 + 1e-8), "{stiffness} {damping}: {acts}");
                 assert!((acts - solver.efforts().drive[0]).abs() <= 1e-8);
@@ -155,16 +155,16 @@ fn dry_friction_holds_below_its_bound_and_slides_above() {
     for _ in 0..800 {
         solver.step(&mut state, &tree, &drives, gravity(), H).unwrap();
     }
-    // 1 N accelerates 2 kg for 1 s
+    // A net force of 1 N accelerates 2 kg for 1 s.
     assert!((state.v[0] - 0.5).abs() < 1e-12 && (state.q[0] - 0.25).abs() < 1e-12);
-    // without the push it stops after another 0.5 s and 0.125 m, and stays
+    // Without the push, the mass stops after another 0.5 s and 0.125 m, and stays at rest.
     drives.force[0] = 0.0;
     for _ in 0..1000 {
         solver.step(&mut state, &tree, &drives, gravity(), H).unwrap();
     }
     assert_eq!(state.v[0], 0.0);
     assert!((state.q[0] - 0.375).abs() < 1e-12, "{}", state.q[0]);
-    // a drive pays for friction, too
+    // A drive must also overcome friction.
     drives.drive[0] = Drive::Velocity { target: 0.1, bound: Bound::force(100.0) };
     for _ in 0..10 {
         solver.step(&mut state, &tree, &drives, gravity(), H).unwrap();
@@ -175,7 +175,7 @@ fn dry_friction_holds_below_its_bound_and_slides_above() {
 
 #[test]
 fn motor_settles_where_its_curve_meets_the_load() {
-    // 6 Nm at rest, none at 10 rad/s; against a load of 1.5 Nm it runs at 7.5 rad/s
+    // The motor has 6 Nm at rest and 0 at 10 rad/s; against a load of 1.5 Nm, its speed settles at 7.5 rad/s.
     let tree = Tree::new(vec![single(Joint::Revolute(Vector3::z()))]).unwrap();
     let bound = Bound::motor(6.0, 10.0);
     let wants = [
@@ -189,7 +189,7 @@ fn motor_settles_where_its_curve_meets_the_load() {
         let (mut state, mut solver) = (State::new(&tree), Solver::new(&tree));
         for k in 1..=4000 {
             solver.step(&mut state, &tree, &drives, gravity(), H).unwrap();
-            // first order: inertia 0.5 over a fall of 0.6 Nm s/rad
+            // First-order response, with the time constant 0.5 kg m² / 0.6 Nm s/rad.
             let expected = 7.5 * (1.0 - libm::exp(-0.6 / 0.5 * H * k as f64));
             assert!((state.v[0] - expected).abs() < 5e-3, "{drive:?}: {} {expected}", state.v[0]);
             let most = 6.0 * (1.0 - state.v[0] / 10.0);
@@ -197,7 +197,7 @@ fn motor_settles_where_its_curve_meets_the_load() {
         }
         assert!((state.v[0] - 7.5).abs() < 0.02);
     }
-    // within its curve it holds exactly, at both signs
+    // Within its curve, the motor holds a velocity of either sign exactly.
     for target in [4.0, -4.0] {
         let mut drives = Drives::new(&tree);
         drives.drive[0] = Drive::Velocity { target, bound };

@@ -1,10 +1,10 @@
-//! Energy of robots that swing freely, and speed of convergence.
+//! Tests of the energy of freely swinging robots, and of the order of convergence.
 
 use tatu_mechanisms::{Drives, Dynamics, Scheme, Solver, State, Tree};
 
 use super::robots::{gravity, load};
 
-/// Lets a robot swing for 5 s; returns the greatest error of its energy over its greatest kinetic energy.
+/// Lets a robot swing for 5 s; returns the maximum error of its energy, relative to its maximum kinetic energy.
 fn swing(tree: &Tree, start: &State, h: f64, scheme: Scheme) -> f64 {
     let mut state = start.clone();
     let (mut solver, mut dynamics, drives) =
@@ -23,7 +23,7 @@ fn swing(tree: &Tree, start: &State, h: f64, scheme: Scheme) -> f64 {
 
 #[test]
 fn energy_of_free_swing_is_kept() {
-    // the errors that each may have, at 1.25 ms
+    // Allowed errors of both schemes at 1.25 ms.
     for (name, allowed) in [("ur5", [1e-6, 1e-5]), ("xarm7", [4e-3, 2e-2]), ("chain20", [0.005, 0.1])] {
         let robot = load(name);
         let mut start = robot.state.clone();

@@ -1,16 +1,16 @@
-//! Joints and the step on systems with a closed form.
+//! Tests of joints and steps against closed-form solutions.
 
 use nalgebra::{Isometry3, Matrix3, Vector3};
 use tatu_mechanisms::{Drives, Joint, Link, Solver, State, Tree};
 
 use super::robots::gravity;
 
-/// A mass of 2 kg, with the inertia 0.5 kg m² about the joint's origin.
+/// Returns a link of 2 kg, with an inertia of 0.5 kg m² about the joint's origin.
 pub fn single(joint: Joint) -> Link {
     Link::new(None, Isometry3::identity(), joint, 2.0, Vector3::zeros(), Matrix3::identity() * 0.5)
 }
 
-/// A pendulum of 2 kg, 0.3 m below its axis, y; inertia about it 0.5 + 0.18 kg m².
+/// Returns a pendulum of 2 kg, 0.3 m below its axis y, with an inertia of 0.5 + 0.18 kg m² about the axis.
 pub fn pendulum() -> Link {
     Link { center: Vector3::new(0.0, 0.0, -0.3), ..single(Joint::Revolute(Vector3::y())) }
 }
@@ -31,7 +31,7 @@ fn thrown_body_flies_a_parabola_and_turns_on() {
 
 #[test]
 fn spherical_joint_keeps_angular_momentum() {
-    // an unsymmetric body tumbles; its momentum in the world stays
+    // An asymmetric body tumbles; its angular momentum in the world is constant.
     let mut link = single(Joint::Spherical);
     link.inertia = Matrix3::from_diagonal(&Vector3::new(0.2, 0.3, 0.45));
     let tree = Tree::new(vec![link.clone()]).unwrap();
@@ -55,7 +55,7 @@ fn spherical_joint_keeps_angular_momentum() {
 
 #[test]
 fn period_of_a_pendulum() {
-    // small swings: 2 pi sqrt(I / (m g r)) (1 + a² / 16)
+    // Period of small oscillations: 2 pi sqrt(I / (m g r)) (1 + a² / 16).
     let tree = Tree::new(vec![pendulum()]).unwrap();
     let mut state = State::new(&tree);
     let amplitude = 0.01;

@@ -1,4 +1,4 @@
-//! Limits of joints.
+//! Tests of joint limits.
 
 use nalgebra::Vector3;
 use tatu_mechanisms::{Bound, Drive, Drives, Dynamics, Joint, Link, Solver, State, Tree};
@@ -21,14 +21,14 @@ fn falling_joint_stops_at_its_limit_and_rests_there() {
         solver.step(&mut state, &tree, &drives, gravity(), H).unwrap();
         assert!(state.q[0] >= -0.5);
         let now = 0.5 * 2.0 * state.v[0] * state.v[0] + 2.0 * 9.81 * (state.q[0] + 0.5);
-        // putting the joint onto its limit lifts it by at most half a step's way
+        // Moving the joint to its limit lifts the mass by at most the distance of half a step.
         assert!(now <= energy + 2.0 * 9.81 * 0.5 * H * 3.2, "{now} {energy}");
         energy = now;
     }
     assert_eq!((state.q[0], state.v[0]), (-0.5, 0.0));
     assert!((solver.efforts().limit[0] - 2.0 * 9.81).abs() < 1e-12);
     assert_eq!(solver.efforts().drive[0], 0.0);
-    // pulled off, it goes at once
+    // A force away from the limit moves the joint at once.
     let mut drives = Drives::new(&tree);
     drives.force[0] = 2.0 * 9.81 + 2.0;
     solver.step(&mut state, &tree, &drives, gravity(), H).unwrap();

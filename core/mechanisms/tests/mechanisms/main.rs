@@ -1,4 +1,4 @@
-//! The crate as its users see it, against stored values, closed forms and itself.
+//! Tests of the public interface against reference values, closed-form solutions and invariants.
 
 mod contacts;
 mod drives;

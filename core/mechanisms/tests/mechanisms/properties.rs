@@ -1,4 +1,4 @@
-//! What must hold for all trees, tried on random ones.
+//! Tests of properties of all trees, with random trees.
 
 use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
 use tatu_mechanisms::{Drives, Dynamics, Kinematics, Solver, State, Tree};
@@ -17,7 +17,7 @@ fn mass_matrix(tree: &Tree, state: &State) -> DMatrix<f64> {
     DMatrix::from_row_slice(n, n, &out)
 }
 
-/// The sum of J' I J over all links, with the Jacobians of centres of mass.
+/// Returns the mass matrix as the sum of J' I J over all links, with the Jacobians of the centres of mass.
 fn mass_by_jacobians(tree: &Tree, state: &State) -> DMatrix<f64> {
     let n = tree.velocities();
     let mut kinematics = Kinematics::new(tree);
@@ -67,7 +67,7 @@ fn factorisation_solves() {
         let wanted: Vec<f64> = (0..n).map(|_| random.within(-1.0, 1.0)).collect();
         let mut x = wanted.clone();
         dynamics.solve(&tree, &mut x).unwrap();
-        // backward error: what is left of the right side, over what it was made of
+        // Backward error: the residual, relative to the terms of the right-hand side.
         let mass = mass_matrix(&tree, &state);
         let left = &mass * DVector::from_vec(x.clone()) - DVector::from_vec(wanted);
         let size = mass.abs() * DVector::from_vec(x).abs();
@@ -116,17 +116,17 @@ fn jacobians_are_derivatives() {
         let mut jacobian = vec![0.0; 6 * n];
         kinematics.jacobian(&tree, link, point.coords, &mut jacobian).unwrap();
         let j = DMatrix::from_row_slice(6, n, &jacobian);
-        // velocities are those of the Jacobian
+        // The Jacobian must yield the velocity of the point.
         let product = &j * DVector::from_row_slice(&state.v);
         let (angular, linear) = kinematics.velocity(link, point.coords).unwrap();
         assert!((product.rows(0, 3) - linear).amax() < 1e-12 && (product.rows(3, 3) - angular).amax() < 1e-12);
-        // and forces its transpose
+        // Its transpose must yield the generalised forces.
         let (force, torque) = (random.vector(5.0), random.vector(5.0));
         let mut out = vec![0.0; n];
         kinematics.add_force(&tree, link, point.coords, force, torque, &mut out).unwrap();
         let wrench = DVector::from_iterator(6, force.iter().chain(torque.iter()).copied());
         assert!(n == 0 || (j.transpose() * wrench - DVector::from_vec(out)).amax() < 1e-12);
-        // a central difference along one velocity, moved by the solver without any force
+        // Compare with a central difference along one velocity.
         for d in 0..n {
             let e = 1e-5;
             let place = |sign: f64| {
@@ -146,7 +146,7 @@ fn jacobians_are_derivatives() {
     assert!(worst < 1e-8, "{worst}");
 }
 
-/// The state with one velocity, and only that, carried out for the time `e`.
+/// Returns the state after a time `e` in which only velocity `d` is 1, and all others are 0.
 fn moved(tree: &Tree, state: &State, d: usize, e: f64) -> State {
     let mut out = state.clone();
     for (i, link) in tree.links().iter().enumerate() {

@@ -1,9 +1,9 @@
-//! Random trees and states, the same in every run.
+//! Pseudorandom trees and states, the same in every run.
 
 use nalgebra::{Isometry3, Matrix3, Quaternion, Translation3, UnitQuaternion, Vector3};
 use tatu_mechanisms::{Joint, Link, State, Tree};
 
-/// A generator of random numbers: xorshift64*.
+/// An xorshift64* generator of pseudorandom numbers.
 pub struct Random(u64);
 
 impl Random {
@@ -16,15 +16,15 @@ impl Random {
         self.0 ^= self.0 >> 27;
         self.0.wrapping_mul(0x2545_f491_4f6c_dd1d)
     }
-    /// A number in a range.
+    /// Returns a uniform number in a range.
     pub fn within(&mut self, low: f64, high: f64) -> f64 {
         low + (high - low) * ((self.next() >> 11) as f64 / (1u64 << 53) as f64)
     }
-    /// An index below `count`.
+    /// Returns an index below `count`.
     pub fn below(&mut self, count: usize) -> usize {
         (self.next() % count as u64) as usize
     }
-    /// A number of any size and sign, sometimes 0 or not a number at all.
+    /// Returns a number of any magnitude and sign, sometimes 0, infinite or NaN.
     pub fn any(&mut self) -> f64 {
         let size = f64::from_bits((self.next() >> 1) & !(0x7ff << 52) | ((self.next() % 0x800) << 52));
         match self.below(12) {
@@ -43,7 +43,7 @@ impl Random {
         UnitQuaternion::from_quaternion(Quaternion::new(w + 0.01, x, y, z))
     }
 
-    /// A tree of all sorts of joints, some links without mass, some joints with armature.
+    /// Returns a tree with all types of joints, some links without mass, and some joints with armature.
     pub fn tree(&mut self) -> Tree {
         let count = 1 + self.below(14);
         let mut links: Vec<Link> = vec![];
@@ -59,7 +59,7 @@ impl Random {
             };
             let frame = Isometry3::from_parts(Translation3::from(self.vector(0.5)), self.turn());
             let mass = self.within(0.1, 5.0);
-            // of three point masses, so that it is one of a body
+            // The inertia is that of three point masses, so that it is valid for a rigid body.
             let mut inertia = Matrix3::zeros();
             for _ in 0..3 {
                 let r = self.vector(0.2);
@@ -71,14 +71,14 @@ impl Random {
             }
             links.push(link);
         }
-        // a link without mass that carries one: give a child of each root's mass away
+        // Make the root massless if it carries another link.
         if count > 2 && links.iter().any(|l| l.parent == Some(0)) && links[0].joint.velocities() == 1 {
             (links[0].mass, links[0].inertia) = (0.0, Matrix3::zeros());
         }
         Tree::new(links).unwrap()
     }
 
-    /// A state of a tree.
+    /// Returns a random state of a tree, with velocities up to `speed`.
     pub fn state(&mut self, tree: &Tree, speed: f64) -> State {
         let mut state = State::new(tree);
         for x in &mut state.q {

@@ -1,10 +1,10 @@
-//! Against MuJoCo's values for seven robots, in one random state each.
+//! Comparison with MuJoCo's results for seven robots, in one random state each.
 
 use tatu_mechanisms::Dynamics;
 
 use super::robots::{ALL, gravity, load};
 
-/// Greatest difference, relative to the greatest value of the list or 1.
+/// Returns the maximum difference, relative to the maximum value of the list or 1.
 fn error(found: &[f64], expected: &[f64]) -> f64 {
     assert_eq!(found.len(), expected.len());
     let scale = expected.iter().fold(1.0f64, |m, x| m.max(x.abs()));

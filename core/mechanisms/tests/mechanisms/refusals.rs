@@ -1,4 +1,4 @@
-//! What is refused, and that nothing changes then.
+//! Tests of invalid arguments, which must return an error and leave the state unchanged.
 
 use nalgebra::{Isometry3, Matrix3, Vector3};
 use tatu_mechanisms::{Bound, Drive, Drives, Dynamics, DynamicsError, Joint, Link, Solver, State, Tree, TreeError};
@@ -31,10 +31,10 @@ fn wrong_trees() {
     assert!(matches!(refused(|l| l.limits = Some([1.0, 0.0])), TreeError::Limits { .. }));
     assert!(matches!(refused(|l| (l.joint, l.limits) = (Joint::Spherical, Some([0.0, 1.0]))), TreeError::Joint { .. }));
     assert!(matches!(refused(|l| (l.mass, l.inertia) = (0.0, Matrix3::zeros())), TreeError::Massless { link: 0 }));
-    // a plate, whose greatest moment is the sum of the others, is a body
+    // A thin plate, whose largest moment is the sum of the others, is valid.
     let plate = Link { inertia: Matrix3::from_diagonal(&Vector3::new(1.0, 2.0, 3.0)), ..pendulum() };
     assert!(Tree::new(vec![plate]).is_ok());
-    // a rotor without mass of its own
+    // A massless rotor with an armature is valid.
     let rotor = Link { mass: 0.0, inertia: Matrix3::zeros(), armature: 0.1, ..pendulum() };
     assert!(Tree::new(vec![rotor]).is_ok());
     let free = Link { parent: Some(0), ..single(Joint::Free) };
@@ -106,7 +106,7 @@ fn numbers_of_any_size_are_refused_or_give_finite_states() {
     let mut random = Random::new(11);
     let mut taken = 0;
     for k in 0..30_000 {
-        // sometimes everything is of any size, mostly one or two numbers
+        // Sometimes all values have any magnitude, but usually only one or two.
         let share = if k % 4 == 0 { 2 } else { 12 };
         let mut number = |ordinary: f64| if random.below(share) == 0 { random.any() } else { ordinary };
         let mut links =

@@ -1,12 +1,12 @@
-//! Reads the robots of `tests/data`, with the values of MuJoCo that stand in them.
+//! Reads the robots in `tests/data`, with MuJoCo's results in the same files.
 
 use nalgebra::{Isometry3, Matrix3, Quaternion, Translation3, UnitQuaternion, Vector3};
 use tatu_mechanisms::{Joint, Link, State, Tree};
 
-/// All robots.
+/// The names of all robots.
 pub const ALL: [&str; 7] = ["ur5", "xarm7", "solo12", "go1", "g1", "talos", "chain20"];
 
-/// A robot and what MuJoCo says of it in one state.
+/// A robot, and MuJoCo's results for one state.
 pub struct Robot {
     pub links: Vec<Link>,
     pub tree: Tree,
@@ -16,7 +16,7 @@ pub struct Robot {
     pub acceleration: Vec<f64>,
 }
 
-/// Gravity of all tests.
+/// Returns the gravity of all tests, m/s².
 pub fn gravity() -> Vector3<f64> {
     Vector3::new(0.0, 0.0, -9.81)
 }
@@ -37,7 +37,7 @@ pub fn load(name: &str) -> Robot {
     Robot { links, tree, state, mass: next(), bias: next(), acceleration: next() }
 }
 
-/// The robot with its root, if it is free, fixed in the world.
+/// Reads a robot, and fixes its root in the world if it is free.
 pub fn load_fixed(name: &str) -> Tree {
     let mut links = load(name).links;
     links[0].joint = Joint::Fixed;

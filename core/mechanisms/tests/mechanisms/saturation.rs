@@ -1,4 +1,4 @@
-//! Drives that are too weak.
+//! Tests of drives that are too weak to hold their target.
 
 use nalgebra::{Isometry3, Translation3, Vector3};
 use tatu_mechanisms::{Bound, Drive, Drives, Efforts, Joint, Link, Solver, State, Tree};
@@ -13,7 +13,7 @@ const H: f64 = 1.25e-3;
 
 #[test]
 fn weak_motor_sinks_stalls_at_a_limit_and_recovers() {
-    // 2 kg on a lift with 15 N
+    // A lift with a maximum force of 15 N carries 2 kg.
     let link = Link { limits: Some([-1.0, 1.0]), ..single(Joint::Prismatic(Vector3::z())) };
     let tree = Tree::new(vec![link]).unwrap();
     let mut drives = Drives::new(&tree);
@@ -33,7 +33,7 @@ fn weak_motor_sinks_stalls_at_a_limit_and_recovers() {
     assert_eq!((state.q[0], state.v[0]), (-1.0, 0.0));
     assert!((solver.efforts().drive[0] - 15.0).abs() < 1e-12);
     assert!((solver.efforts().limit[0] - (2.0 * 9.81 - 15.0)).abs() < 1e-12);
-    // 10 N less weight: it holds, then lifts at its own acceleration until the target is reached
+    // With an additional upward force of 10 N, the drive holds the mass, then accelerates it to the target velocity.
     drives.force[0] = 10.0;
     solver.step(&mut state, &tree, &drives, gravity(), H).unwrap();
     assert_eq!((state.q[0], state.v[0]), (-1.0, 0.0));
@@ -49,7 +49,7 @@ fn weak_motor_sinks_stalls_at_a_limit_and_recovers() {
 
 #[test]
 fn weak_motor_in_the_middle_of_an_arm_sinks_as_the_closed_form() {
-    // two pendulums in line, level; the outer drive holds, the inner one is too weak: together they are one body
+    // Two horizontal pendulums in line: the outer drive holds and the inner one is too weak, so they move as one body.
     let second = Link {
         parent: Some(0),
         frame: Isometry3::from_parts(Translation3::new(0.0, 0.0, -0.6), nalgebra::UnitQuaternion::identity()),
@@ -63,18 +63,18 @@ fn weak_motor_in_the_middle_of_an_arm_sinks_as_the_closed_form() {
     drives.drive[1] = Drive::Velocity { target: 0.0, bound: Bound::force(50.0) };
     let mut solver = Solver::new(&tree);
     solver.step(&mut state, &tree, &drives, gravity(), H).unwrap();
-    // about the first axis: inertia 2 * 0.5 + 2 (0.3² + 0.9²), torque of gravity 2 g (0.3 + 0.9)
+    // About the first axis, the inertia is 2 * 0.5 + 2 (0.3² + 0.9²), and the torque of gravity 2 g (0.3 + 0.9).
     let inertia = 1.0 + 2.0 * (0.09 + 0.81);
     let expected: f64 = (5.0 - 2.0 * 9.81 * 1.2) / inertia;
     assert!((solver.accelerations()[0].abs() - expected.abs()).abs() < 1e-5, "{:?}", solver.accelerations());
     assert_eq!(state.v[1], 0.0);
     assert_eq!(solver.efforts().drive[0].abs(), 5.0);
-    // what the outer drive bears: gravity less the acceleration of its own part
+    // The torque of the outer drive is that of gravity, reduced by the acceleration of the outer pendulum.
     let outer: f64 = 2.0 * 9.81 * 0.3 - expected.abs() * (0.5 + 2.0 * 0.3 * 0.9);
     assert!((solver.efforts().drive[1].abs() - outer.abs()).abs() < 1e-5, "{:?} {outer}", solver.efforts());
 }
 
-/// Lets a robot fall with all its drives limited; checks every step.
+/// Lets a robot fall with limited drives, and checks every step.
 fn fall(tree: &Tree, state: &mut State, first: usize, most: f64, seconds: f64) -> (usize, f64) {
     let mut drives = Drives::new(tree);
     for drive in &mut drives.drive[first..] {
@@ -90,7 +90,7 @@ fn fall(tree: &Tree, state: &mut State, first: usize, most: f64, seconds: f64) -
         for d in first..tree.velocities() {
             let (effort, v) = (solver.efforts().drive[d], state.v[d]);
             assert!(effort.abs() <= most, "{effort}");
-            // what holds less than it can must hold
+            // A drive that is not at its bound must hold.
             assert!(v == 0.0 || (effort + most * v.signum()).abs() <= 1e-9 || v.abs() < 1e-11, "{v} {effort}");
         }
         assert!(state.q.iter().chain(&state.v).all(|x| x.is_finite()));
@@ -173,7 +173,7 @@ fn random_trees_meet_all_their_laws() {
     assert_eq!(missed, 0);
 }
 
-/// Checks that drives and friction gave what they must at the velocities reached.
+/// Checks that the forces of drives and friction agree with their laws at the final velocities.
 fn check_laws(tree: &Tree, drives: &Drives, state: &State, efforts: &Efforts) {
     let friction = tree.links().iter().flat_map(|l| vec![l.friction; l.joint.velocities()]);
     for (d, friction) in friction.enumerate() {

@@ -109,7 +109,7 @@ impl Rapier {
         }
     }
 
-    /// Adds a body to its tree, and enables the mask filter where collision groups are not sufficient.
+    /// Adds a body to its collision tree, and enables the mask filter where collision groups are not sufficient.
     fn join_tree(&mut self, id: BodyId) {
         let Some(&BodyRecord { respond: new, .. }) = self.record(id) else {
             return;
@@ -153,7 +153,7 @@ impl Rapier {
         }
     }
 
-    /// Enables the filter for a body with a pair rule, and for its contacts.
+    /// Enables the filter for the pairs and the contacts of a body.
     pub(super) fn watch_pairs(&mut self, id: BodyId) {
         self.set_hooks(id, |h| h | ActiveHooks::FILTER_CONTACT_PAIRS | ActiveHooks::MODIFY_SOLVER_CONTACTS);
     }
@@ -276,7 +276,7 @@ impl Rapier {
         }
     }
 
-    /// Freezes a body at its current pose; it is reported later.
+    /// Freezes a body at its current pose; [`Engine::quarantined`] reports it.
     pub(super) fn freeze(&mut self, body: BodyId) {
         let Some(&BodyRecord { handle, .. }) = self.record(body) else {
             return;
@@ -298,7 +298,7 @@ impl Rapier {
     }
 }
 
-/// Returns whether a free body with this inertia turns about a moving axis.
+/// Returns whether the axis about which a free body with this inertia turns may move.
 fn is_uneven(inertia: &Matrix3<f64>) -> bool {
     let even = Matrix3::from_diagonal_element(inertia.trace() / 3.0);
     (inertia - even).amax() > 1e-9 * inertia.trace()

@@ -1,12 +1,12 @@
-//! Contacts of cylinders and of small forms are recomputed in every step.
+//! Forces the contacts of cylinders and of small forms to be recomputed in every step.
 //!
 //! Parry keeps the points of a contact until the two bodies have rotated by 1 degree, and rapier keeps them longer if
-//! the smaller one has hardly moved. On the curved side of a cylinder, the points rotate with it: the floor then pushes
-//! behind the axle, and a can that rolls at 0.02 m/s is accelerated to 0.17 m/s, as if it rolled down a slope of half a
-//! degree.
+//! the smaller body has hardly moved. On the curved side of a cylinder, the points rotate with it: the floor then
+//! pushes behind the axle, and a can that rolls at 0.02 m/s is accelerated to 0.17 m/s, as if it rolled down a slope of
+//! half a degree.
 //!
-//! Rapier keeps the points of any two forms until one has moved by 5 cm relative to the other. For a pad of a gripper that is
-//! far: it went on pressing on a cube that it had let go of, 15 mm away, with 150 N.
+//! For any two forms, rapier keeps the points until one has moved by 5 cm relative to the other. That is far for a pad
+//! of a gripper: a pad continued to press with 150 N on a cube that it had released and that was 15 mm away.
 
 use rapier3d::{
     geometry::{ContactData, ContactManifold, ContactManifoldData, Shape},
@@ -23,7 +23,7 @@ use tatu_geometry::{Form, Mesh};
 /// A dispatcher that discards the points of contacts with cylinders, and leaves everything else to parry.
 struct Forgets;
 
-/// Greatest extent of a small form, m: 1.6 times what rapier lets bodies move.
+/// Maximum extent of a small form, m: 1.6 times the distance that bodies may move before rapier updates their contacts.
 const SMALL: f64 = 0.08;
 
 /// Returns a hook that keeps rapier from reusing contacts over several steps, which it does only for colliders without

@@ -1,4 +1,4 @@
-//! Drives over time: passes changes on to rapier's joints.
+//! Updates of drives before each step, and their transfer to rapier's joints.
 
 use rapier3d::math::Pose;
 
@@ -10,11 +10,11 @@ use super::{
 };
 use crate::{BodyId, Drive, Engine};
 
-/// Fraction of its limit from which a drive counts as having reached it.
+/// Fraction of its limit above which a drive counts as having reached the limit.
 const AT_LIMIT: f64 = 0.999;
 
 impl Rapier {
-    /// Passes changed drives on to rapier's joints.
+    /// Applies changed drives to rapier's joints.
     pub(super) fn apply_drives(&mut self) {
         let mut changed = std::mem::take(&mut self.tables.changed);
         for id in changed.drain(..) {
@@ -51,7 +51,8 @@ impl Rapier {
             };
             let was_free = joint.data.motor_axes.is_empty();
             joints::apply(&mut joint.data, record);
-            // Everything else depends only on masses and frames.
+            // The number of iterations depends only on masses and frames, so it is
+            // updated only when a joint starts to be driven.
             if record.drive == Drive::Free || !was_free || record.reduced().is_some() {
                 continue;
             }

@@ -1,4 +1,4 @@
-//! Coupled joints: screws, and joints geared to others. Rapier couples coordinates of one mechanism.
+//! Coupled joints: screws, and joints geared to others. Rapier can only couple coordinates of the same mechanism.
 
 use rapier3d::dynamics::{Multibody, MultibodyDofCoupling};
 
@@ -26,7 +26,7 @@ pub(super) fn coordinate(kind: JointKind) -> (usize, usize) {
 }
 
 impl Rapier {
-    /// Replaces all of rapier's couplings, and sets the error to correct in this step.
+    /// Replaces all of rapier's couplings, and sets the error that each corrects in this step.
     pub(super) fn couple(&mut self) {
         let changed = std::mem::take(&mut self.tables.joints_changed);
         if !changed && self.tables.gears.is_empty() && !self.tables.screws {

@@ -1,7 +1,7 @@
 //! Friction that rapier's contacts lack: anisotropic friction, rolling friction and spinning friction.
 //!
-//! Each pair that needs them gets constraints of its own between the two bodies: motors with target velocity 0, limited
-//! by the normal force of the previous step.
+//! Each pair of bodies with such friction has separate constraints: motors with target velocity 0, limited by the
+//! normal force of the previous step.
 
 use rapier3d::{
     dynamics::{JointAxis, JointMotor, MotorModel},
@@ -24,13 +24,13 @@ struct Touch {
     normal: Vector,
     /// Torque of the contact patch against spinning, N m per unit of friction.
     patch: f64,
-    /// Friction of the pair, by its own rule or that of its bodies.
+    /// Friction coefficient of the pair, from its pair rule, its materials or its bodies.
     friction: f64,
 }
 
 impl Rapier {
-    /// Updates the constraints before a step: adds them where special surfaces touch something, and removes them
-    /// elsewhere.
+    /// Updates the friction constraints before a step: adds them where special surfaces touch something, and removes
+    /// them elsewhere.
     pub(super) fn grip(&mut self) {
         if self.tables.surfaces.is_empty() && self.tables.grips.is_empty() {
             return;
@@ -149,7 +149,7 @@ impl Rapier {
         }
     }
 
-    /// Removes all friction constraints of a body.
+    /// Removes the special surface and all friction constraints of a body.
     pub(super) fn release(&mut self, body: BodyId) {
         let world = &mut self.world;
         self.tables.surfaces.remove(&body);

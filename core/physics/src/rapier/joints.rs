@@ -68,7 +68,7 @@ pub(super) fn kind_of(joint: &GenericJoint) -> JointKind {
     }
 }
 
-/// Returns the drive, or no drive if it has NaN or infinite numbers or no force.
+/// Returns the drive, or [`Drive::Free`] if it has invalid values or no force.
 pub(super) fn sane(drive: Drive) -> Drive {
     let good = match drive {
         Drive::Free => true,
@@ -95,11 +95,10 @@ pub(super) fn apply(joint: &mut GenericJoint, record: &JointRecord) {
         ..JointMotor::default()
     };
     let motor = match record.drive {
-        // Passive damping: a motor that holds velocity 0 with this damping.
+        // Passive damping is a motor with target velocity 0 and this damping.
         Drive::Free if record.reduced().is_none() && record.passive.damping > 0.0 => {
             JointMotor { damping: record.passive.damping, ..motor(0.0, f64::MAX) }
         }
-        // No motor at all.
         Drive::Free => {
             joint.motor_axes &= !JointAxesMask::from(axis);
             joint.motors[axis as usize] = JointMotor::default();
@@ -122,8 +121,8 @@ pub(super) fn apply(joint: &mut GenericJoint, record: &JointRecord) {
     joint.motors[axis as usize] = motor;
 }
 
-/// Returns a motor whose limit falls with its speed. Once it has reached the limit, it follows its torque-speed line,
-/// which a motor with a finite damping does, so that it settles at the speed at which the line meets the load.
+/// Returns a motor whose limit falls with its speed. Once the motor has reached the limit, it follows its torque-speed
+/// line, as a motor with finite damping does, so that it settles at the speed at which the line meets the load.
 fn weakened(motor: JointMotor, record: &JointRecord) -> JointMotor {
     let (no_load, speed) = (record.passive.no_load_speed, record.speed);
     let wanted = wanted(record).unwrap_or(motor.target_vel);
@@ -155,7 +154,7 @@ pub(super) fn folded(record: &JointRecord) -> f64 {
     if limit > record.passive.friction && !record.at_limit { record.passive.friction } else { 0.0 }
 }
 
-/// Returns the velocity that a drive aims for, or `None` if it has none.
+/// Returns the target velocity of a drive, or `None` if the drive has no target velocity.
 pub(super) fn wanted(record: &JointRecord) -> Option<f64> {
     match record.drive {
         Drive::Velocity { target, .. } => Some(target),
@@ -167,9 +166,9 @@ pub(super) fn wanted(record: &JointRecord) -> Option<f64> {
 /// Returns the number of additional iterations that a driven joint needs in each sub-step.
 ///
 /// Rapier solves the motor and the pivot of a joint one after the other. If the moved body's centre of mass is on the
-/// axis, as in a wheel, one iteration is exact. Otherwise each leaves 1 - 1/q of the error, where q is the ratio of the
-/// inertia about the axis to that about the centre of mass: 3/4 for a rod held at its end, which would then lag behind
-/// gravity by 0.04 rad/s. Six iterations per unit of q above 1 leave less than 0.3 %.
+/// axis, as in a wheel, one iteration is exact. Otherwise each iteration leaves 1 - 1/q of the error, where q is the
+/// ratio of the inertia about the axis to that about the centre of mass: 3/4 for a rod held at its end, which would
+/// then lag behind gravity by 0.04 rad/s. Six iterations per unit of q above 1 leave less than 0.3 %.
 pub(super) fn iterations(frames: (Pose, Pose), a: &RigidBody, b: &RigidBody) -> usize {
     let (frame_a, frame_b) = (a.position() * frames.0, b.position() * frames.1);
     let axis = frame_b.rotation * Vector::Z;
@@ -195,7 +194,7 @@ pub(super) fn pursue(record: &JointRecord, position: f64, dt: f64) -> (f64, Memo
         return (0.0, Memory::default());
     };
     let mut way = target - position;
-    // A joint without limits takes the shorter way around.
+    // A joint without limits turns in the direction of the shorter path.
     if record.kind == JointKind::Revolute && record.limits.is_none() {
         way = wrap_angle(way);
     }
@@ -212,7 +211,7 @@ pub(super) fn pursue(record: &JointRecord, position: f64, dt: f64) -> (f64, Memo
     (velocity, Memory { sum, last: Some(way) })
 }
 
-/// Returns the position of a joint from the world poses of its frames on both bodies, as rapier counts it.
+/// Returns the position of a joint, as rapier measures it, from the world poses of its frames on both bodies.
 pub(super) fn position(kind: JointKind, frame_a: &Pose, frame_b: &Pose) -> f64 {
     match kind {
         JointKind::Revolute | JointKind::Screw(_) => {

@@ -1,6 +1,6 @@
-//! Loads of joints, computed from the momentum of all bodies below, because mechanisms in reduced form do not provide
-//! the forces in their joints. The force that a joint exerts is the change of momentum minus gravity, pushes and
-//! contacts.
+//! Loads of joints, computed from the momentum of all bodies below the joint, because rapier does not provide the
+//! forces in the joints of mechanisms in reduced form. The force that a joint exerts is the rate of change of momentum
+//! minus gravity, pushes and contacts.
 
 use rapier3d::{dynamics::RigidBody, geometry::PairContacts, math::Vector};
 
@@ -87,7 +87,7 @@ impl Rapier {
     fn contact_forces(&self, ids: &[BodyId]) -> (Vector, Vector) {
         let (mut force, mut moment) = (Vector::ZERO, Vector::ZERO);
         for id in ids {
-            // rapier has no forces of bodies that trees move
+            // Rapier has no contact forces for bodies that trees move; `touches` has them.
             let Some(handle) = self.record(*id).filter(|r| !r.in_tree).map(|r| r.handle) else { continue };
             for collider in self.world.bodies[handle].colliders() {
                 for pair in self.world.narrow_phase.contact_pairs_with(*collider) {

@@ -1,4 +1,4 @@
-//! Bodies that overlap when they are created separate slowly, or stay as they are.
+//! Slow separation of bodies that overlap when they are created.
 //!
 //! The engine pushes bodies apart faster the deeper they overlap. If a joint holds them together, the push has no
 //! effect and grows in each sub-step; the slightest tilt then turns it into a kick of hundreds of m/s along the free
@@ -21,10 +21,11 @@ const PARTING_SPEED: f64 = 0.2;
 /// Minimum depth at which bodies of one mechanism count as overlapping by design, m.
 const FITTED: f64 = 1e-4;
 
-/// Time in which a pair without joints must have separated by at least a tenth of the distance at `PARTING_SPEED`, s.
+/// Interval at which the separation of a pair is checked, s. A pair that has separated by less than a tenth of the
+/// distance at `PARTING_SPEED` in this time is left as it is.
 const PATIENCE_S: f64 = 0.1;
 
-/// A collider that may overlap others.
+/// A collider, with the data needed to find overlaps.
 struct Placed {
     collider: ColliderHandle,
     body: BodyId,
@@ -34,8 +35,8 @@ struct Placed {
 }
 
 impl Rapier {
-    /// Returns the depth at which the engine pushes with the speed of separation, m: between two moving bodies, and
-    /// with a fixed one.
+    /// Returns the depth at which the solver separates bodies at `PARTING_SPEED`, m: between two moving bodies, and
+    /// with a fixed body.
     pub(super) fn parting_depths(&self) -> [f64; 2] {
         let numbers = &self.world.integration_parameters;
         [&numbers.contact_softness, &numbers.static_contact_softness]

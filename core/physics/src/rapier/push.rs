@@ -11,7 +11,7 @@ use super::{
 };
 use crate::{Motion, Push, convert};
 
-/// The forces on a body before the forces of a single step are added to them; they act in all steps of the advance.
+/// The force and torque on a body that act in all steps of the advance, saved before those of a single step are added.
 pub(super) struct Before {
     handle: RigidBodyHandle,
     force: Vector,

@@ -20,11 +20,11 @@ pub(super) struct BodyRecord {
     /// Centre of mass in the body's frame. Rapier's body has its origin there, because rapier's reduced form turns a
     /// free root about its origin.
     pub com: Vector,
-    /// Number of joints attached to it.
+    /// Number of joints attached to the body.
     pub joints: u32,
-    /// Whether its principal moments of inertia differ.
+    /// Whether the principal moments of inertia differ.
     pub uneven: bool,
-    /// Whether a tree moves it, so that rapier sees it as kinematic: see [`super::trees`].
+    /// Whether a tree moves the body, so that rapier treats it as kinematic: see [`super::trees`].
     pub in_tree: bool,
 }
 
@@ -68,19 +68,19 @@ pub(super) struct JointRecord {
     pub zero: f64,
     /// A position within half a turn of the current one, rad.
     pub near: f64,
-    /// Whether it is geared to another joint.
+    /// Whether the joint may be geared to another joint.
     pub geared: bool,
-    /// Whether it closes a loop: other joints already connect its bodies.
+    /// Whether the joint closes a loop: other joints already connect its bodies.
     pub closes_loop: bool,
     /// The drive that was requested.
     pub drive: Drive,
     /// Velocity of a position drive in the next step, rad/s or m/s.
     pub pursuit: f64,
-    /// The state of its controller.
+    /// State of the controller of a position drive.
     pub memory: Memory,
-    /// Velocity before the step, rad/s or m/s, if the limit of its drive depends on it.
+    /// Velocity before the step, rad/s or m/s. It is updated only if the limit of the drive depends on speed.
     pub speed: f64,
-    /// Whether its drive reached its limit in the last step.
+    /// Whether the drive reached its limit in the last step.
     pub at_limit: bool,
     /// Dry friction that is subtracted from the drive's limit instead of having a constraint of its own, N m or N.
     pub folded: f64,
@@ -99,7 +99,7 @@ pub(super) enum Held {
 /// A joint of a tree.
 #[derive(Clone, Copy, Default, Serialize, Deserialize)]
 pub(super) struct Tied {
-    /// Effort of its drive, averaged over the last step, N m or N.
+    /// Effort of the drive, averaged over the last step, N m or N.
     pub effort: f64,
 }
 
@@ -116,7 +116,7 @@ impl JointRecord {
     pub fn reduced_mut(&mut self) -> Option<&mut Reduced> {
         if let Held::Reduced(r) = &mut self.held { Some(r) } else { None }
     }
-    /// Returns the joint that holds the constraint of the drive.
+    /// Returns the impulse joint that contains the constraint of the drive, or `None` if there is no such joint.
     pub fn driven(&self) -> Option<ImpulseJointHandle> {
         match self.held {
             Held::Impulse(handle) => Some(handle),
@@ -126,10 +126,12 @@ impl JointRecord {
     }
 }
 
-/// The state of a controller: integral of the error, rad s or m s, and the last error, rad or m.
+/// The state of a controller.
 #[derive(Clone, Copy, Default, Serialize, Deserialize)]
 pub(super) struct Memory {
+    /// Integral of the error, rad s or m s.
     pub sum: f64,
+    /// Error in the last step, rad or m; `None` before the first step.
     pub last: Option<f64>,
 }
 
@@ -137,11 +139,11 @@ pub(super) struct Memory {
 #[derive(Clone, Copy, Serialize, Deserialize)]
 pub(super) struct Reduced {
     pub handle: MultibodyJointHandle,
-    /// The body that carries it, or its anchor.
+    /// The body that carries the joint, or the anchor that represents it.
     pub parent: RigidBodyHandle,
     pub child: RigidBodyHandle,
     pub anchored: bool,
-    /// The constraint of its drive, once it has had one.
+    /// The constraint of the drive; `None` until the joint is first driven.
     pub motor: Option<ImpulseJointHandle>,
     /// Effort of the drive that is applied as a force in the next step, N m or N.
     pub carried: f64,
@@ -164,11 +166,11 @@ pub(super) struct Grip {
 #[derive(Serialize, Deserialize)]
 pub(super) struct Measured {
     pub joint: JointId,
-    /// All bodies below it, in order of ids.
+    /// All bodies below the joint, in order of ids.
     pub bodies: Vec<BodyId>,
     /// Momentum of these bodies before the step, and the forces applied to them; `None` before the first step.
     pub before: Option<Sum>,
-    /// Load in the last step.
+    /// Load in the last step; `None` before the first step.
     pub wrench: Option<Wrench>,
 }
 
@@ -200,9 +202,9 @@ pub(super) type Partings = BTreeMap<(BodyId, BodyId), Parting>;
 /// The state of a pair that is being separated.
 #[derive(Clone, Copy, Serialize, Deserialize)]
 pub(super) struct Parting {
-    /// Overlap depth that is not corrected, m.
+    /// Part of the overlap depth that is not corrected, m.
     pub fit: f64,
-    /// Whether joints hold the two together.
+    /// Whether the two bodies belong to the same mechanism.
     pub held: bool,
     /// Depth when separation was last checked, m, and the time since then, s.
     pub asked: (f64, f64),

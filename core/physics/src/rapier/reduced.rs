@@ -5,8 +5,8 @@
 //! - A drive is a constraint between the two links. Rapier iterates over the constraints once in each sub-step, so an
 //!   arm of many joints would sag. Most of the effort of a drive in one step is therefore applied as a force in the
 //!   next ([`Reduced::carried`]), and the constraint has to find only the difference.
-//! - Rapier stores positions and velocities of joints, not of bodies. After a body is placed or thrown from outside,
-//!   they are recomputed from the bodies before the next step ([`Rapier::find_coordinates`]).
+//! - Rapier stores positions and velocities of joints, not of bodies. After the pose or velocity of a body is set from
+//!   outside, they are recomputed from the bodies before the next step ([`Rapier::find_coordinates`]).
 
 use rapier3d::{
     dynamics::{GenericJoint, Multibody, MultibodyIndex, RigidBodyBuilder, RigidBodySet},
@@ -24,8 +24,8 @@ use super::{
 };
 use crate::{Drive, JointDesc, JointKind, Motion};
 
-/// Fraction of a drive's limit that may be applied as a force. With a half, the total never exceeds the limit, and the
-/// constraint, whose own limit is the same in both directions, can always cancel the force.
+/// Maximum fraction of a drive's limit that is applied as a force. With one half, the total never exceeds the limit,
+/// and the constraint, whose own limit is the same in both directions, can always cancel the force.
 const CARRIED_SHARE: f64 = 0.5;
 
 /// Limit for slow springs: square of the oscillation phase per sub-step, rad^2.
@@ -121,7 +121,8 @@ impl Rapier {
         }
     }
 
-    /// Recomputes positions and velocities of joints in all mechanisms with a body that was placed, thrown or attached.
+    /// Recomputes positions and velocities of joints in all mechanisms with a body that was moved or attached from
+    /// outside.
     pub(super) fn find_coordinates(&mut self) {
         if self.tables.moved.is_empty() {
             return;
@@ -143,9 +144,9 @@ impl Rapier {
     }
 
     /// Doubles the number of sub-steps while a mechanism swings so fast that it would gain or lose energy: a double
-    /// pendulum that falls from horizontal keeps its energy to 2 % instead of 10 %. They stay doubled for a while or
-    /// until it has come to rest, because each change of the sub-step costs energy too: a pendulum with changes in each
-    /// swing would lose 10 % in 100 s.
+    /// pendulum that falls from horizontal keeps its energy to 2 % instead of 10 %. The number stays doubled for a
+    /// while or until the mechanism has come to rest, because each change of the sub-step costs energy too: a pendulum
+    /// with changes in each swing would lose 10 % in 100 s.
     pub(super) fn choose_substeps(&mut self) {
         let (usual, dt) = (self.tables.substeps, self.world.integration_parameters.dt);
         let fastest = FAST_TURN * usual as f64 / dt;
@@ -265,7 +266,7 @@ fn find_coordinates_of(multibody: &mut Multibody, bodies: &mut RigidBodySet) {
                 let coordinates = link.joint().coords();
                 let now = joints::position(kind, &frame_a, &frame_b);
                 (way[0], velocities[first]) = match kind {
-                    // Keep the number of whole turns.
+                    // The wrapped difference preserves the number of whole turns.
                     JointKind::Revolute => {
                         (wrap_angle(now - coordinates[5]), (child.angvel() - parent.angvel()).dot(axis))
                     }

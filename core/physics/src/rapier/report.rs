@@ -1,4 +1,4 @@
-//! Contacts as solved by rapier.
+//! Reports of contacts, with the forces that the solvers found.
 
 use nalgebra::Vector3;
 use rapier3d::{
@@ -62,7 +62,7 @@ pub(super) struct Face {
     pub force: f64,
     /// Friction on the second body, N.
     pub friction: Vector,
-    /// Mean distance of the contact points from that point, weighted by force, m.
+    /// Mean distance of the contact points from `point`, weighted by force, m.
     pub radius: f64,
 }
 

@@ -1,6 +1,6 @@
 //! V-REP's respond masks, implemented by rapier's collision groups and, where these do not suffice, by a filter.
 //!
-//! A group cannot express "only within this tree". The groups therefore contain the high bytes, which decide alone
+//! A group cannot express "only within this tree". The groups therefore contain the high bytes, which alone decide
 //! between trees, and the filter runs only for bodies of trees in which the low bytes decide otherwise for some pair.
 
 use std::collections::BTreeMap;
@@ -32,7 +32,7 @@ impl Tag {
     }
 }
 
-/// Set in the user data of bodies that trees move.
+/// Flag in the user data of bodies that trees move.
 pub(super) const IN_TREE: u128 = 1 << 64;
 
 /// Maximum friction of a pair, as in Bullet. A higher one would only add a torque that keeps a wheel of friction 100
@@ -59,13 +59,14 @@ pub(super) fn groups(mask: u16, low_too: bool) -> InteractionGroups {
 }
 
 /// Filters contacts by masks, then applies materials and surfaces, then pair rules. All of these are part of the
-/// engine's state, so the filter gives the same answer on every thread and after a restore.
+/// engine's state, so the filter returns the same result on every thread and after a restore.
 pub(super) struct PairFilter<'a> {
     pub pairs: &'a BTreeMap<(BodyId, BodyId), PairRule>,
     pub surfaces: &'a BTreeMap<BodyId, Surface>,
     pub materials: &'a [MaterialPair],
     pub partings: &'a Partings,
-    /// Maximum penetration depth reported to the solver: between two moving bodies, and with a fixed body.
+    /// Maximum penetration depth of overlapping pairs that is passed to the solver, m: between two moving bodies, and
+    /// with a fixed body.
     pub deepest: [f64; 2],
 }
 
@@ -78,7 +79,7 @@ impl PairFilter<'_> {
     }
 }
 
-/// Returns friction and restitution of two materials.
+/// Returns the friction and restitution set for two materials, or `None` if none are set.
 pub(super) fn of_materials(pairs: &[MaterialPair], a: u32, b: u32) -> Option<&MaterialPair> {
     if a == 0 || b == 0 {
         return None;

@@ -7,8 +7,8 @@ use tatu_geometry::{Form, Mesh};
 
 use crate::convert;
 
-/// A cache of rapier's shapes. A hundred equal robots share theirs, so each hull is computed once and less memory is
-/// read.
+/// A cache of rapier's shapes. A hundred equal robots share their shapes, so each hull is computed once and less memory
+/// is read.
 #[derive(Default)]
 pub(super) struct ShapeCache {
     meshes: Vec<(Arc<Mesh>, bool, SharedShape)>,
@@ -49,7 +49,7 @@ impl ShapeCache {
         if let Some((_, _, shape)) = known {
             return Some((shape.clone(), Pose::IDENTITY));
         }
-        // Meshes that are no longer used elsewhere cannot be requested again.
+        // A mesh that is no longer used elsewhere cannot be requested again, because meshes are compared by address.
         self.meshes.retain(|(m, _, _)| Arc::strong_count(m) > 1);
         let (shape, pose) = convert::shape(form)?;
         let shape = boxed(shape);
@@ -61,7 +61,7 @@ impl ShapeCache {
         if let Some(known) = self.primitives.get(&key) {
             return Some(known.clone());
         }
-        // Unused primitives are dropped whenever their number would double.
+        // Unused primitives are dropped whenever the number of primitives reaches a power of two.
         if self.primitives.len().is_power_of_two() {
             self.primitives.retain(|_, (shape, _)| Arc::strong_count(&shape.0) > 1);
         }

@@ -5,7 +5,7 @@ use rapier3d::dynamics::{RigidBody, RigidBodyHandle};
 use super::state::Rapier;
 use crate::Motion;
 
-/// Speed of its fastest point, m/s (and rad/s), below which a body without joints may sleep. A settled pile of 1000
+/// Speed, m/s and rad/s, below which a body without joints may sleep. A settled pile of 1000
 /// boxes is 26 times cheaper asleep. Rapier's default is much higher: with it, a ball that begins to roll down a gentle
 /// slope would never get going.
 const SLEEP_SPEED: f64 = 0.002;
@@ -22,7 +22,7 @@ pub(super) fn set(body: &mut RigidBody, may: bool) {
 }
 
 impl Rapier {
-    /// Sets for all bodies whether they may sleep.
+    /// Applies the setting of whether bodies may sleep to all bodies without joints, and wakes all bodies.
     pub(super) fn set_sleep(&mut self) {
         for record in self.tables.bodies.iter().flatten().filter(|r| r.joints == 0 && !r.in_tree) {
             set(&mut self.world.bodies[record.handle], self.tables.sleep);
@@ -45,7 +45,7 @@ impl Rapier {
         }
     }
 
-    /// Keeps bodies awake that touch nothing.
+    /// Keeps bodies that touch nothing awake.
     pub(super) fn keep_awake(&mut self) {
         let world = &mut self.world;
         for record in self.tables.bodies.iter().flatten() {

@@ -1,32 +1,33 @@
-//! Serialized state of the engine: a header that identifies the layout, a checksum, rapier's world, and our tables.
+//! Serialized state of the engine: a header that identifies the layout, a checksum, rapier's world, and the engine's
+//! tables.
 
 use rapier3d::pipeline::PhysicsWorld;
 use xxhash_rust::xxh3::xxh3_64;
 
 use super::state::Tables;
 
-/// Identifies the layout. It changes with rapier's version and with our tables.
+/// Identifies the layout. It must change with rapier's version and with [`Tables`].
 const HEAD: &[u8; 16] = b"tatu rapier0361h";
 const HEAD_AND_SUM: usize = HEAD.len() + 8;
 
 pub(super) fn write(world: &PhysicsWorld, tables: &Tables) -> Vec<u8> {
     let mut bytes = HEAD.to_vec();
     bytes.extend_from_slice(&[0; 8]);
-    let mut bytes = postcard::to_extend(&(world, tables), bytes).expect("a vector takes all that is written to it");
+    let mut bytes = postcard::to_extend(&(world, tables), bytes).expect("writing to a vector cannot fail");
     let sum = xxh3_64(&bytes[HEAD_AND_SUM..]);
     bytes[HEAD.len()..HEAD_AND_SUM].copy_from_slice(&sum.to_le_bytes());
     bytes
 }
 
 pub(super) fn read(bytes: &[u8]) -> Result<(PhysicsWorld, Tables), String> {
-    let (head, rest) = bytes.split_at_checked(HEAD.len()).ok_or("physics snapshot: too short")?;
+    let (head, rest) = bytes.split_at_checked(HEAD.len()).ok_or("the physics snapshot has no header")?;
     if head != HEAD {
         return Err("the physics snapshot was written by a different engine or version".to_string());
     }
-    let (sum, state) = rest.split_first_chunk::<8>().ok_or("physics snapshot: too short")?;
+    let (sum, state) = rest.split_first_chunk::<8>().ok_or("the physics snapshot has no checksum")?;
     // Rapier relies on the indices in its state, so damage must be detected before it is read.
     if xxh3_64(state) != u64::from_le_bytes(*sum) {
-        return Err("physics snapshot: damaged (checksum differs)".to_string());
+        return Err("the physics snapshot is damaged: its checksum does not match".to_string());
     }
-    postcard::from_bytes(state).map_err(|e| format!("physics snapshot: {e}"))
+    postcard::from_bytes(state).map_err(|e| format!("the physics snapshot cannot be decoded: {e}"))
 }

@@ -13,14 +13,14 @@ use rapier3d::{
 use super::state::Rapier;
 use crate::Motion;
 
-/// Fixed-point iterations of the midpoint rule. Each leaves at most a fifth of the error.
+/// Number of fixed-point iterations of the midpoint rule. Each reduces the error to at most a fifth.
 const ROUNDS: usize = 12;
 
 /// Maximum rotation in one application of the rule, rad.
 const MOST_TURN: f64 = 0.2;
 
 impl Rapier {
-    /// Advances the spin of free bodies by a share of a step; returns those bodies.
+    /// Advances the spin of free bodies by the fraction `share` of a step, and returns the bodies that it changed.
     pub(super) fn spin(&mut self, share: f64) -> Vec<RigidBodyHandle> {
         let dt = share * self.world.integration_parameters.dt;
         let mut spun = Vec::new();
@@ -40,7 +40,7 @@ impl Rapier {
         spun
     }
 
-    /// Advances the spin of the given bodies by the rest of the step.
+    /// Advances the spin of the given bodies by the second half of the step.
     pub(super) fn spin_on(&mut self, spun: Vec<RigidBodyHandle>) {
         let dt = 0.5 * self.world.integration_parameters.dt;
         for handle in spun {

@@ -17,7 +17,7 @@ use crate::{BodyId, FrictionRule, Gear, JointId, MaterialPair, PairRule, Surface
 /// A world of rigid bodies, simulated by rapier3d.
 ///
 /// ```ignore
-/// let mut engine = Rapier::new(EngineSettings { gravity: Vector3::new(0.0, 0.0, -9.81), step: 0.01, substeps: 4 });
+/// let mut engine = Rapier::new(EngineSettings { step: 0.01, ..EngineSettings::default() });
 /// let ball = engine.add_body(&desc);
 /// engine.advance(5);
 /// println!("{}", engine.pose(ball));
@@ -35,7 +35,7 @@ pub(super) struct Tables {
     pub(super) bodies: Vec<Option<BodyRecord>>,
     /// Joints by id; removed ones leave a gap.
     pub(super) joints: Vec<Option<JointRecord>>,
-    /// Bodies that collide, by tree.
+    /// Bodies that collide with something, by tree.
     pub(super) trees: BTreeMap<u32, Tree>,
     /// Bodies with forces that are cleared after the next advance.
     pub(super) pushed: Vec<BodyId>,
@@ -45,9 +45,9 @@ pub(super) struct Tables {
     pub(super) changed: Vec<JointId>,
     /// Joints with a position drive.
     pub(super) positioned: Vec<JointId>,
-    /// Bodies that have been frozen since the last query.
+    /// Bodies that have been frozen since the last call of `quarantined`.
     pub(super) frozen: Vec<BodyId>,
-    /// Whether springs must be set again, because one was added or the length of a sub-step changed.
+    /// Whether springs must be set again, because a spring was added or the length of a sub-step changed.
     pub(super) springs_changed: bool,
     /// Number of sub-steps of an ordinary step.
     pub(super) substeps: usize,
@@ -59,13 +59,13 @@ pub(super) struct Tables {
     pub(super) sleep: bool,
     /// Poses and velocities before the last step, by body id.
     pub(super) before: Vec<Option<Seen>>,
-    /// Joints in reduced form whose drive determines its own force.
+    /// Joints in reduced form with a drive.
     pub(super) driven: Vec<JointId>,
-    /// Bodies that were placed, thrown or attached since the last step.
+    /// Bodies whose pose, velocity or joints were changed from outside since the last step.
     pub(super) moved: Vec<BodyId>,
     /// Whether joints were added or removed since gears and loads were last updated.
     pub(super) joints_changed: bool,
-    /// Joints that are coupled by gears.
+    /// Couplings of joints.
     pub(super) gears: Vec<Gear>,
     /// Whether there are any screw joints.
     pub(super) screws: bool,
@@ -85,27 +85,28 @@ pub(super) struct Tables {
     pub(super) grips: Grips,
     /// Pairs of bodies, lower id first, with separate contact parameters.
     pub(super) pairs: BTreeMap<(BodyId, BodyId), PairRule>,
-    /// Bodies that were created since the last step, and collide.
+    /// Colliding bodies that were created since the last step.
     pub(super) fresh: Vec<BodyId>,
-    /// Pairs that overlapped when they were created.
+    /// Pairs of bodies that overlapped when they were created.
     pub(super) partings: Partings,
-    /// Mechanisms that are solved as trees, and bodies that they have adopted.
+    /// Mechanisms that are solved as trees, including adopted bodies.
     pub(super) mechanisms: Vec<Mechanism>,
-    /// The bodies of all mechanisms that are moved, with their places in them; follows from `mechanisms`.
+    /// Mechanism and link of each body of a mechanism that is not frozen; derived from `mechanisms`.
     #[serde(skip)]
     pub(super) links: BTreeMap<BodyId, Side>,
-    /// Whether they must be made anew.
+    /// Whether `mechanisms` must be rebuilt.
     pub(super) mechanisms_changed: bool,
-    /// Free bodies that trees have adopted, with the time since one touched them, s.
+    /// Free bodies that trees have adopted, with the time for which they have been out of reach of any tree, s.
     pub(super) adopted: BTreeMap<BodyId, f64>,
-    /// Mechanisms that are in reduced form for as long as they are in a crowd.
+    /// Mechanisms that are in reduced form while they are in a crowd.
     pub(super) crowded: Vec<Crowded>,
-    /// Forces on bodies of trees that act in all steps of an advance, and those of the next step only.
+    /// Forces on bodies of trees that act in all steps of an advance.
     pub(super) loads: BTreeMap<BodyId, Load>,
+    /// Forces on bodies of trees that act in the next step only.
     pub(super) step_loads: Vec<(BodyId, Load)>,
-    /// Impulses of the contacts of trees, by contact.
+    /// Impulses of the contacts of trees in the last step, sorted by key.
     pub(super) kept: Vec<Kept>,
-    /// What the contacts of trees did in the last step.
+    /// Forces of the contacts of trees in the last step.
     pub(super) touches: Vec<Touch>,
 }
 

@@ -7,7 +7,7 @@ pub const CONTACT_SOFTNESS: (f64, f64) = (120.0, 5.0);
 /// Stiffness of contacts with fixed bodies.
 pub const STATIC_CONTACT_SOFTNESS: (f64, f64) = (240.0, 5.0);
 
-/// Maximum natural frequency of a contact, as a fraction of the rate of sub-steps; twice as much with fixed bodies. At
+/// Maximum natural frequency of a contact, as a fraction of the sub-step rate; twice as much with fixed bodies. At
 /// a fraction of 0.3, ten stacked boxes do not move; at 0.6, they rock for ever.
 pub const CONTACT_SHARE: f64 = 0.15;
 
@@ -45,9 +45,9 @@ pub const FAST_TURN: f64 = 0.005;
 pub const FAST_FOR_S: f64 = 10.0;
 
 /// Mechanisms are considered to be at rest, and sub-steps are no longer halved, once no joint has been faster than this
-/// fraction of the speed at which halving begins for `CALM_FOR_S` (s). A swing is also slow at its turning points, but
-/// only briefly.
+/// fraction of the speed at which halving begins, for at least `CALM_FOR_S` (s). A swing is also slow at its turning
+/// points, but only briefly.
 pub const CALM: f64 = 0.05;
 
-/// Time for which it must be calm, s.
+/// Time for which all mechanisms must be that slow, s.
 pub const CALM_FOR_S: f64 = 1.0;

@@ -1,9 +1,9 @@
 //! Revolute joints with limits beyond half a turn.
 //!
 //! Rapier computes the angle of a joint from the rotation between its bodies, from -pi to pi, and compares it with the
-//! limits. A joint with limits of 47 and 313 degrees would be outside them at 180. The angle is therefore counted from
-//! the middle between the limits. If they are more than a turn apart, whole turns are counted, and the limits in reach
-//! are moved accordingly.
+//! limits. A joint with limits of 47 and 313 degrees could therefore be outside its limits at 180 degrees. To prevent
+//! this, the angle is counted from the middle between the limits. If the limits are more than a turn apart, whole turns
+//! are counted, and the limits that are passed to rapier are shifted accordingly.
 
 use std::f64::consts::{PI, TAU};
 
@@ -35,12 +35,12 @@ pub(super) fn turned(frame: Pose, zero: f64) -> Pose {
     if zero == 0.0 { frame } else { frame * Pose::from_rotation(Rotation::from_axis_angle(Vector::Z, zero)) }
 }
 
-/// Returns a position within half a turn of the one at creation, as far as it is known.
+/// Returns a position within half a turn of the joint's position at creation, rad.
 pub(super) fn near(desc: &JointDesc, zero: f64) -> f64 {
     if desc.limits.is_some() && desc.position.is_finite() { desc.position } else { zero }
 }
 
-/// Returns whether the joint may turn more than once.
+/// Returns whether the limits of a revolute joint are more than a turn apart.
 pub(super) fn is_wide(record: &JointRecord) -> bool {
     record.kind == JointKind::Revolute && record.limits.is_some_and(|(low, high)| high - low > TAU)
 }
@@ -58,7 +58,7 @@ impl JointRecord {
 }
 
 impl Rapier {
-    /// Counts whole turns of joints that may turn more than once, before a step.
+    /// Counts the whole turns of joints whose limits are more than a turn apart, before a step.
     pub(super) fn count_turns(&mut self) {
         for i in 0..self.tables.winding.len() {
             let id = self.tables.winding[i];

@@ -5,7 +5,7 @@
 //! therefore computed from the displacement of a body in the last step, extrapolated to its end:
 //! `displacement / dt + (n - 1) / 2n * change`, where `change` is the change of rapier's velocity in that step and `n`
 //! the number of sub-steps. This is exact at constant acceleration, since each sub-step moves a body at the velocity of
-//! its end. In the step in which a motor jumps to its speed, it is too high by up to 3/8 of the jump.
+//! its end. In the step in which a motor jumps to its speed, the result is too high by up to 3/8 of the jump.
 
 use rapier3d::math::{Rotation, Vector};
 
@@ -45,7 +45,8 @@ impl Rapier {
         }
     }
 
-    /// Discards the record of a body that was placed or thrown, since its last step no longer matters.
+    /// Discards the recorded state of a body whose pose or velocity was set from outside, so that its velocity is not
+    /// computed from a displacement that is no motion.
     pub(super) fn forget_velocity(&mut self, body: BodyId) {
         if let Some(before) = self.tables.before.get_mut(body.0 as usize) {
             *before = None;

@@ -1,4 +1,4 @@
-//! Process state that takes system calls to read: the working folder, signal actions, standard output and standard
+//! Process state that requires system calls to read: the working folder, signal actions, standard output and standard
 //! error.
 
 #[cfg(unix)]

@@ -98,7 +98,7 @@ impl Registry {
     }
 }
 
-/// The table of readings that an actuator fills.
+/// The table of a sensor kind that stands for the readings of an actuator.
 const NO_FUNCTIONS: tatu_sensor = tatu_sensor {
     size: size_of::<tatu_sensor>() as u32,
     inputs: 0,
@@ -117,7 +117,7 @@ const NO_FUNCTIONS: tatu_sensor = tatu_sensor {
     reserved: 0,
 };
 
-/// The life of such readings, whose state is the actuator's.
+/// The life functions of such a kind: it has no state, because the readings belong to the actuator.
 const NO_LIFE: tatu_life = tatu_life {
     size: size_of::<tatu_life>() as u32,
     state_bytes: 0,
@@ -131,7 +131,7 @@ const NO_LIFE: tatu_life = tatu_life {
     end_run: None,
 };
 
-/// Returns why a kind cannot be used, if it cannot.
+/// Returns the reason that a kind cannot be used, or `None` if it can.
 fn flaw(id: &str, raw: &tatu_actuator, params: &[Declared], commands: &[Declared]) -> Option<String> {
     if raw.n_commands as usize != commands.len() {
         let (n, m) = (raw.n_commands, commands.len());

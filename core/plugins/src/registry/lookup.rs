@@ -45,8 +45,8 @@ impl Registry {
         let help = format!("choose one: [providers] \"{id}\" = \"{}\"", plugin(first));
         Err(Error::new("E322", text).expected("one plugin, named in [providers]").help(help))
     }
-    /// Returns the index of a model by id, or `None` for one in a folder, if `found` says by which plugin that would be
-    /// read.
+    /// Returns the index of a model by id, or `None` if the model in a folder is to be used. `found` is the plugin that
+    /// would read the latter, if there is such a folder.
     pub fn model(&self, id: &str, found: Option<usize>, providers: &BTreeMap<String, String>) -> Result<Option<usize>> {
         let of_id = self.models.iter().enumerate().filter(|(_, m)| m.id == id);
         let mut claims: Vec<_> = of_id.map(|(i, m)| (i, m.plugin)).collect();
@@ -159,7 +159,7 @@ impl Registry {
 /// More names than this are not listed in an error.
 const MANY: usize = 30;
 
-/// Returns the plugin's own part of a file name: "libtatu_gripper.so" gives "gripper".
+/// Returns the plugin's own part of a file name: "gripper" for "libtatu_gripper.so".
 fn stem(path: &std::path::Path) -> String {
     let stem = path.file_stem().map(|s| s.to_string_lossy().into_owned()).unwrap_or_default();
     let stem = stem.strip_prefix(std::env::consts::DLL_PREFIX).unwrap_or(&stem);

@@ -4,8 +4,8 @@
 //! - `types`: the host's representation of what they offer; `read`: reading a plugin's tables;
 //! - `lookup`: lookup by name;
 //! - `models`: reading of models, and those in folders;
-//! - `sensors`, `actuators`, `importers`, `services`, `kinds`, `events`, `dialects`: reading and lookup of these; `renew`:
-//!   reloading a single plugin.
+//! - `sensors`, `actuators`, `importers`, `services`, `kinds`, `events`, `dialects`: reading and lookup of these;
+//!   `renew`: reloading a single plugin.
 
 use std::{
     collections::BTreeMap,
@@ -147,7 +147,7 @@ impl Registry {
             match opened {
                 Ok(new) => match plugins.iter().find(|p| p.id == new.id) {
                     Some(old) if same_file(&old.path, &new.path) => {}
-                    // Whoever develops a plugin that is installed as well wants the one that the environment names.
+                    // A developer of a plugin may have installed it, too; this is not an error.
                     Some(old) if search.is_of_user(&new.path) => notes.push(format!(
                         "the plugin `{}` is {}; the one installed in {} is not used",
                         new.id,
@@ -301,7 +301,7 @@ impl Registry {
         let (done, heard) = guard::capture_errors(f);
         guard::end_if_child();
         self.setup.leave(before);
-        // A model may be built within another.
+        // A model may be built while another is being built.
         self.setup.subject(&outer);
         let who = || format!("{subject}: plugin `{}`", self.plugins[plugin].id);
         if let Some(what) = home.restore() {

@@ -1,4 +1,4 @@
-//! Models: reading their tables, and those that lie in folders, as text or as files of importers.
+//! Models: their tables, and models in folders, as text or as files of importers.
 
 use std::{
     collections::BTreeSet,
@@ -22,18 +22,18 @@ use crate::{
 /// The file in the folder of a model that describes it.
 pub const MODEL_FILE: &str = "model.toml";
 
-/// A model that lies in a folder for models.
+/// A model in a folder for models.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Found {
     /// Its name in scene files: that of its folder or file.
     pub id: String,
     /// The file that describes it.
     pub file: PathBuf,
-    /// Index of the importer that reads the file; none if it is a [`MODEL_FILE`].
+    /// Index of the importer that reads the file; `None` for a [`MODEL_FILE`].
     pub importer: Option<usize>,
 }
 
-/// Reads what the table of a model declares.
+/// Reads the declaration of a model from its table.
 ///
 /// # Safety
 /// `given` must be a table of a plugin that has been started, and `raw` its copy.
@@ -98,8 +98,8 @@ impl Registry {
         for (plugin, read) in self.readers.iter().copied() {
             let (mut slot, mut out) = (ErrorSlot::new(), std::ptr::null());
             let (me, subject) = (self.plugins[plugin].me, format!("the model {}", file.display()));
-            // SAFETY: `read` is from a plugin that is never unloaded, and `me` is its own pointer. The texts, the place
-            // for the model and the error object live until the call has returned.
+            // SAFETY: `read` is from a plugin that is never unloaded, and `me` is its own pointer. The texts, `out` and
+            // the error object live until the call has returned.
             let status = self.watched(plugin, Call::ReadModel, &subject, || unsafe {
                 read(me, raw(name.as_bytes()), raw(text.as_bytes()), &raw mut out, slot.raw())
             })?;
@@ -109,7 +109,7 @@ impl Registry {
             let who = format!("[{} of `{}`]", Call::ReadModel.text(), self.plugins[plugin].id);
             if slot.answer(status, false) < 0 {
                 let said = slot.said();
-                let why = said.text.unwrap_or_else(|| "its reader gave no reason".to_owned());
+                let why = said.text.unwrap_or_else(|| "its plugin gave no reason".to_owned());
                 // An error without a line may be the plugin's own.
                 let who = if said.line > 0 { String::new() } else { format!(" {who}") };
                 let error = Error::new("E111", format!("the model `{name}` cannot be read: {why}{who}"));
@@ -121,7 +121,8 @@ impl Registry {
             }
             // SAFETY: the contract requires the model to be null or a valid table until shutdown.
             let Some(table) = (unsafe { tables::read(out) }) else {
-                return Err(Error::new("E111", format!("the model `{name}` was read without a result {who}")));
+                let text = format!("the model `{name}` cannot be read: its plugin returned none {who}");
+                return Err(Error::new("E111", text));
             };
             let needed = tables::required!(table, tatu_model: id, build);
             if let Some(lack) = tables::lacking(table.size, &needed) {
@@ -145,7 +146,7 @@ impl Registry {
         }
         self.search.models.iter().find_map(|folder| {
             let file = folder.join(id).join(MODEL_FILE);
-            // What cannot be read is found as well, so that the error says why.
+            // A file that cannot be read is also found, so that the reason is reported later.
             if file.symlink_metadata().is_ok() {
                 return Some(Found { id: id.to_owned(), file, importer: None });
             }
@@ -159,8 +160,8 @@ impl Registry {
         })
     }
 
-    /// Returns id and description of a model: those of plugins come first, then those in folders, as they were when this
-    /// was first asked. Models that cannot be read are left out.
+    /// Returns id and description of the `index`-th model: those of plugins come first, then those in folders, which
+    /// are read at the first call. Models that cannot be read are omitted.
     pub fn model_at(&self, index: usize) -> Option<(&str, &str)> {
         if let Some(model) = self.models.get(index) {
             return Some((&model.id, &model.text));
@@ -173,7 +174,7 @@ impl Registry {
                     self.read_model(&f.id, &f.file, &text).ok().map(|m| (m.id, m.text))
                 }
             };
-            // One that a plugin offers as well is in the list already.
+            // A model that a plugin also offers is already in the list.
             let new = self.found_models().into_iter().filter(|f| self.models.iter().all(|m| m.id != f.id));
             new.filter_map(described).collect()
         });

@@ -180,7 +180,7 @@ impl Registry {
                         Some((why, help)) => self.refuse(plugin, why, help),
                         None => _ = self.names.insert(name.clone(), (id, alias as u32)),
                     }
-                    // Unused names are kept too, because the plugin counts all of them.
+                    // Unused names are stored, too, because the plugin counts all of them.
                     names.push(NameEntry { name, on_error, until });
                 }
                 self.commands.push(CommandEntry {

@@ -66,7 +66,8 @@ impl Registry {
         }
     }
 
-    /// Reads the fields of a kind; `owner` is the kind, for messages. Returns `None` if one is faulty, which is reported.
+    /// Reads the fields of a kind; `owner` is the kind, for messages. Returns `None` if one is faulty, which is
+    /// reported.
     ///
     /// # Safety
     /// The list must be null or a valid list of a plugin that is never unloaded.
@@ -141,17 +142,17 @@ impl Registry {
     }
 }
 
-/// Returns why a kind of sensor cannot get the inputs that it declares, if it cannot.
+/// Returns the reason that a kind of sensor cannot get the inputs that it declares, or `None` if it can.
 fn inputs_flaw(raw: &tatu_sensor) -> Option<&'static str> {
     const OF_PHYSICS: u32 = TATU_IN_ACCELERATION | TATU_IN_JOINT | TATU_IN_CONTACTS | TATU_IN_WRENCH;
     const OF_BOTH: u32 = TATU_IN_POSE | TATU_IN_TWIST;
     let in_physics = raw.flags & TATU_SENSOR_EVERY_PHYSICS_STEP != 0;
     match raw.inputs & !OF_BOTH {
         inputs if in_physics && inputs & !OF_PHYSICS != 0 => {
-            Some("measures after each physics step, but asks for what beams or images find")
+            Some("measures after each physics step, but requests inputs of beams or images")
         }
         inputs if !in_physics && inputs & OF_PHYSICS != 0 => {
-            Some("asks for acceleration, joint, contacts or wrench without TATU_SENSOR_EVERY_PHYSICS_STEP")
+            Some("requests acceleration, joint, contacts or wrench without TATU_SENSOR_EVERY_PHYSICS_STEP")
         }
         _ => None,
     }

@@ -61,7 +61,7 @@ pub struct SensorKind {
     pub raw: tatu_sensor,
     /// Functions to create, configure, save and destroy its instances.
     pub life: tatu_life,
-    /// Whether these are the readings that an actuator of this id reports; the actuator fills them.
+    /// Whether this is not a sensor, but the readings of the kind of actuator with this id.
     pub of_actuator: bool,
 }
 
@@ -86,7 +86,7 @@ pub struct Model {
     pub category: String,
     /// Its licence, if it is not that of the plugin.
     pub licence: String,
-    /// What it is mounted by in slots of other models; if empty, it fits everywhere.
+    /// The mounts by which it fits slots of other models; if empty, it fits every slot.
     pub mounts: Vec<String>,
     /// Objects that others can be attached to.
     pub slots: Vec<Slot>,
@@ -94,7 +94,7 @@ pub struct Model {
     pub numbers: Vec<ModelNumber>,
     /// The file that describes it, if it was read from text.
     pub file: Option<PathBuf>,
-    /// The plugin's own table, by whose address it knows the model.
+    /// The plugin's own table, by whose address it identifies the model.
     pub given: *const tatu_model,
     /// The table of its functions.
     pub raw: tatu_model,
@@ -104,20 +104,20 @@ pub struct Model {
 pub(super) type ReadModel =
     unsafe extern "C" fn(*mut c_void, tatu_str, tatu_str, *mut *const tatu_model, *mut tatu_error) -> tatu_status;
 
-/// A place of a model to which others can be attached.
+/// A slot of a model, to which other models can be attached.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Slot {
     /// Alias of the object.
     pub alias: String,
-    /// What fits; if empty, anything.
+    /// The mount that fits; if empty, any.
     pub mount: String,
-    /// Where it is, one sentence; may be empty.
+    /// Its location, one sentence; may be empty.
     pub text: String,
     /// Greatest mass that may be attached, kg; 0 if it is not stated.
     pub payload: f64,
 }
 
-/// A constant of a model, and where it comes from.
+/// A constant of a model, with the source of its value.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ModelNumber {
     /// Its name.
@@ -150,7 +150,7 @@ pub struct Language {
 pub struct NameEntry {
     /// The name.
     pub name: String,
-    /// What it returns instead of an error, if it is an old-style name.
+    /// The values that are returned instead of an error, if it is an old-style name.
     pub on_error: Option<Vec<Value>>,
     /// The first dialect for which an error is raised nevertheless.
     pub until: Option<Vec<u32>>,

@@ -19,27 +19,28 @@ use crate::{
     rows::{KINDS, Row, kind_name, rows_of},
 };
 
-/// Most bytes of all images of a scene, at 4 bytes a pixel.
+/// Maximum total size of the images of a scene in bytes, at 4 bytes per pixel.
 const MOST_BYTES_OF_IMAGES: usize = 512 << 20;
 
 /// Builds a document.
 pub struct Builder<'a> {
     /// The registry of plugins.
     pub registry: &'a Registry,
-    /// The document.
+    /// The document being built.
     pub document: &'a mut Document,
     /// Number of the group of objects being added; see [`ObjectSpec::group`].
     pub group: usize,
-    /// The place in a file that describes the next objects.
+    /// The source location that describes the next objects, for error messages.
     pub place: Option<Place>,
-    /// The reader of texts in the scene format, for plugins that build from text; none where nothing is read.
+    /// Reads text in the scene format, for plugins that build models from text; `None` if this build cannot read text.
     pub texts: Option<ReadText>,
 }
 
-/// Adds the objects of a text in the scene format, which is (in essence) that of a file, below a parent.
+/// Adds the objects that a text in the scene format describes, below a parent. The path is that of the file which the
+/// text comes from; error locations and relative file names refer to it.
 pub type ReadText = fn(&mut Builder<'_>, &Path, &str, Option<usize>) -> Result;
 
-/// Maximum number of objects; the live tree has room for a million.
+/// Maximum number of objects in a document.
 const MOST_OBJECTS: usize = 1_000_000;
 
 impl<'a> Builder<'a> {
@@ -104,7 +105,7 @@ impl<'a> Builder<'a> {
         rows.chain(params.enumerate().map(|(i, p)| (p.clone(), Target::Param(i)))).collect()
     }
 
-    /// Sets a property by key, with or without the prefix of its kind; in SI units.
+    /// Sets a property by its key, with or without the prefix of the object's kind. The value is in SI units.
     pub fn set(&mut self, object: usize, key: &str, value: Value) -> Result {
         let Some(spec) = self.document.objects.get(object) else {
             return Err(Error::new("E110", "there is no such object in this build"));
@@ -134,9 +135,7 @@ impl<'a> Builder<'a> {
         self.put(object, declared, target, value)
     }
 
-    /// Sets the unique name of an object of the scene itself: its alias, or its alias with `#n`. It has no effect in
-    /// models, imports and scenes used as models, which can be placed several times; their objects get a common number.
-    /// Sets the unique name of a model's base, whose number its parts share.
+    /// Sets the unique name of a model's base. All parts of the model share the number in this name.
     pub(super) fn group_name(&mut self, base: usize, name: &str) -> Result {
         let spec = &self.document.objects[base];
         let Some(suffix) = super::names::suffix_of(name, &spec.alias) else {
@@ -148,6 +147,8 @@ impl<'a> Builder<'a> {
         Ok(())
     }
 
+    /// Sets the unique name of an object of the scene itself: its alias, or its alias with `#n`. The name has no effect
+    /// in models, imports and scenes used as models, which can be placed several times; their objects share a number.
     fn name(&mut self, object: usize, value: &Value) -> Result {
         let spec = &mut self.document.objects[object];
         let name = if let Value::Text(t) = value { String::from_utf8_lossy(t).into_owned() } else { String::new() };
@@ -162,8 +163,8 @@ impl<'a> Builder<'a> {
         Ok(())
     }
 
-    /// Sets a setting of the world, such as `scene.dt`, or `scene.data`; in SI units. The value is always checked, but
-    /// takes effect only if the scene itself is being built.
+    /// Sets a setting of the world, such as `scene.dt`, in SI units, or its custom data, `scene.data`. The value is
+    /// always checked, but takes effect only if `whole`: if the scene itself is being built.
     pub(super) fn setting(&mut self, key: &str, value: Value, whole: bool) -> Result {
         let short = key.strip_prefix("scene.").unwrap_or(key);
         if short == "data" {
@@ -228,7 +229,7 @@ impl<'a> Builder<'a> {
         Ok(())
     }
 
-    /// Returns the kind of a sensor.
+    /// Returns the kind of a sensor, or `None` if the object is not a sensor or its kind is not set yet.
     pub(super) fn sensor_kind(&self, object: usize) -> Option<&'a SensorKind> {
         let spec = self.document.objects.get(object).filter(|o| o.kind == TATU_KIND_SENSOR)?;
         self.registry.sensors.get(spec.device.as_ref()?.kind)
@@ -278,7 +279,7 @@ impl<'a> Builder<'a> {
         }
     }
 
-    /// Sets a row on a blank object of the kind, so that values that a live object would refuse are refused now.
+    /// Sets a row on a blank object of the same kind, so that a value that a live object would reject is rejected here.
     fn try_row(&self, object: usize, row: Row, value: &Value) -> Result {
         if row == Row::Mesh {
             let there = matches!(value, Value::Int(i) if *i >= 1 && *i as usize <= self.document.meshes.len());
@@ -340,8 +341,8 @@ impl<'a> Builder<'a> {
         }
         let coordinates = &mesh.coordinates;
         if !coordinates.is_empty() && (coordinates.len() != n || !coordinates.iter().flatten().all(|x| x.is_finite())) {
-            let text = format!("a mesh has {} coordinates of images for {n} points", coordinates.len());
-            return Err(Error::new("E102", text).expected("two finite numbers for each point, or none"));
+            let text = format!("a mesh has {} texture coordinates for {n} points", coordinates.len());
+            return Err(Error::new("E102", text).expected("two finite numbers for each point, or no coordinates"));
         }
         if let Some(i) = self.document.meshes.iter().position(|m| **m == mesh) {
             return Ok(i + 1);
@@ -374,14 +375,14 @@ impl<'a> Builder<'a> {
     pub fn script(&mut self, object: usize, script: ScriptSpec) -> Result {
         if script.kind == MAIN && self.group != 0 {
             let text =
-                format!("the main script `{}` of a model is left out: only the scene itself has one", script.name);
+                format!("the main script `{}` of a model is ignored: only the scene itself can have one", script.name);
             self.document.reports.push(Report::note(text));
             return Ok(());
         }
         if script.kind == MAIN
             && let Some(o) = self.document.objects.iter().find(|o| o.scripts.iter().any(|s| s.kind == MAIN))
         {
-            return Err(Error::new("E118", format!("there is already a main script, that of `{}`", o.alias))
+            return Err(Error::new("E118", format!("the scene already has a main script, on `{}`", o.alias))
                 .expected("at most one script of kind `main` in a scene: it alone runs the stages of a step")
                 .help("make one of them `child`"));
         }
@@ -405,7 +406,7 @@ impl<'a> Builder<'a> {
     /// are no objects.
     pub(super) fn placed(&mut self, first: usize, placement: Isometry3<f64>) -> Option<usize> {
         let base = self.document.objects.get_mut(first)?;
-        // The base of a model may be that of a model within it.
+        // The base of a model may also be the base of a model nested in it.
         base.placement = placement * base.placement;
         if !base.rows.iter().any(|(r, _)| *r == Row::ModelBase) {
             base.rows.push((Row::ModelBase, Value::Bool(true)));

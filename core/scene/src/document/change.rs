@@ -1,4 +1,4 @@
-//! Properties and scripts that a file or the command line changes, as they are written.
+//! Overrides of properties and scripts, as written in a file or on the command line.
 
 use std::path::PathBuf;
 
@@ -12,16 +12,16 @@ pub struct Override {
     pub from: Option<usize>,
     /// Path of the object, or "scene".
     pub path: String,
-    /// Key, with its unit.
+    /// Key, including its unit.
     pub key: String,
-    /// Value.
+    /// The TOML value, in the unit of the key.
     pub item: Item,
-    /// The place where it is written.
+    /// The source location; `None` for an override from the command line.
     pub place: Option<Place>,
 }
 
 impl Override {
-    /// Parses "PATH.KEY=VALUE". The value is parsed as TOML; if it is not valid TOML, it is a text.
+    /// Parses "PATH.KEY=VALUE". The value is parsed as TOML; a value that is not valid TOML is taken as a string.
     pub fn parse(text: &str) -> Result<Self> {
         let wrong = || {
             Error::new("E102", format!("`{text}` is not a setting"))
@@ -41,12 +41,12 @@ impl Override {
     }
 }
 
-/// A script that replaces an object's own scripts.
+/// A script that replaces all scripts of an object.
 #[derive(Debug, Clone)]
 pub struct ScriptOverride {
     /// Path of the object.
     pub path: String,
-    /// The file.
+    /// The script file.
     pub file: PathBuf,
 }
 

@@ -18,22 +18,22 @@ use super::{
     sources::Sources,
 };
 
-/// An import.
+/// A file to import.
 pub(super) struct Import<'a> {
-    /// The file.
+    /// Path of the file.
     pub file: &'a Path,
     /// Its contents.
     pub bytes: &'a [u8],
-    /// Its importer.
+    /// The chosen importer.
     pub choice: Choice,
     /// Parameters of the importer, by key.
     pub params: &'a [(String, Value)],
-    /// Whether the file takes the place of a scene: its settings and its main script then apply, and its objects belong
-    /// to the scene itself.
+    /// Whether the file is the scene itself rather than a part of one: its settings and its main script then apply, and
+    /// its objects belong to the scene.
     pub whole: bool,
 }
 
-/// Reads the file of an import, which the scene calls `name`.
+/// Reads a file to import. `name` is its name as written in the scene, for error messages.
 pub(super) fn source(file: &Path, name: &str, sources: &Sources) -> Result<Vec<u8>> {
     let fail = |why: String| {
         Error::new("E105", format!("cannot read the import `{name}`: {why}"))
@@ -51,7 +51,8 @@ pub(super) fn source(file: &Path, name: &str, sources: &Sources) -> Result<Vec<u
 impl Builder<'_> {
     /// Imports a file; returns the index of the first object, which is the base.
     ///
-    /// The importer may read files in and below the folders of its own file, of the scene and of the run.
+    /// The importer may read files in and below the folder of the imported file, that of the scene and the current
+    /// directory.
     pub(super) fn import(
         &mut self,
         import: Import<'_>,
@@ -89,8 +90,8 @@ impl Builder<'_> {
     }
 }
 
-/// Returns the error of a failed import: the host's refusal or the plugin's message, at the file and line that the
-/// plugin gives. If the plugin gives no file name, it is the imported file itself.
+/// Returns the error of a failed import: the host's refusal or the plugin's message, located at the file and line that
+/// the plugin reported. If it reported no file name, the location is in the imported file itself.
 fn told((id, who): (&str, &str), file: &Path, bytes: &[u8], from: Option<&Place>, failed: Failed) -> Error {
     let (refused, slot) = match failed {
         Failed::Breach(e) => return e,
@@ -108,10 +109,10 @@ fn told((id, who): (&str, &str), file: &Path, bytes: &[u8], from: Option<&Place>
     };
     let place = match named {
         None => Place::of_line(file.to_owned(), bytes, line),
-        // The contents of other files are not available here, so only the line is known.
+        // The contents of other files are not available here, so the location has no byte range.
         Some(named) => Place::of_line(file.with_file_name(named), &[], line),
     };
-    // An error without a line may be the plugin's own.
+    // An error without a line may be a fault of the plugin, so the message names the plugin.
     let (line, who) = if line > 0 { (format!(":{line}"), String::new()) } else { (String::new(), format!(" [{who}]")) };
     let error = Error::new("E120", format!("cannot import {}{line}: {text}{who}", place.file.display()));
     let wanted = from.filter(|p| p.line > 0).map(|p| format!("imported in {}:{}", p.file.display(), p.line));

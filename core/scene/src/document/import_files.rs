@@ -8,7 +8,7 @@ use super::sources::Sources;
 
 /// The source of a build.
 pub(super) struct Source {
-    /// Name of the file, for its reports.
+    /// Name of the file, as a prefix of the reports about it.
     pub name: Option<String>,
     /// The folder that file names are relative to; without it, no files can be read.
     pub folder: Option<PathBuf>,
@@ -35,7 +35,7 @@ impl Source {
         let outside = || {
             let shown = |r: &PathBuf| if r.as_os_str().is_empty() { ".".into() } else { r.display().to_string() };
             let roots: Vec<_> = self.roots.iter().map(|r| format!("`{}`", shown(r))).collect();
-            Error::new("E105", format!("the file `{name}` lies outside of the folders that may be read"))
+            Error::new("E105", format!("the file `{name}` is outside the folders that may be read"))
                 .expected(format!("a file below {}", roots.join(" or ")))
                 .help("move it there, or put the scene file into a folder that contains both")
         };
@@ -52,7 +52,7 @@ impl Source {
             return Ok(None);
         }
         if about.len() > MOST_BYTES {
-            return Err(fail(format!("it has {} bytes, the limit is {MOST_BYTES}", about.len())));
+            return Err(fail(format!("it has {} bytes, but the limit is {MOST_BYTES}", about.len())));
         }
         sources.read(&wanted).map(Some).map_err(|e| fail(e.to_string()))
     }

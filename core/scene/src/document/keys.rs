@@ -1,4 +1,4 @@
-//! Keys and values of scene files: places, types, units.
+//! Keys and values of scene files: source locations, types and units.
 
 use std::{
     ops::Range,
@@ -13,7 +13,7 @@ use toml_edit::{Item, TableLike};
 
 use crate::{drive, texture::KEYS as TEXTURE_KEYS};
 
-/// The contents of a scene file, used to find lines and columns.
+/// The contents of a scene file, used to convert byte offsets to lines and columns.
 pub struct Text<'a> {
     /// The file.
     pub file: &'a Path,
@@ -32,7 +32,7 @@ impl<'a> Text<'a> {
 }
 
 impl Text<'_> {
-    /// Returns the place of a range of bytes.
+    /// Returns the source location of a byte range.
     pub fn place(&self, span: Option<Range<usize>>) -> Place {
         let span = span.unwrap_or(0..0);
         let at = span.start.min(self.text.len());
@@ -40,11 +40,11 @@ impl Text<'_> {
         let column = at - self.lines.get(line.wrapping_sub(1)).copied().unwrap_or(0) + 1;
         Place { file: PathBuf::from(self.file), line, column, span }
     }
-    /// Returns the place of a key of a table.
+    /// Returns the source location of a key of a table.
     pub fn key(&self, table: &dyn TableLike, key: &str) -> Place {
         self.place(table.key(key).and_then(|k| k.span()))
     }
-    /// Returns the place of a value of a table.
+    /// Returns the source location of a value of a table.
     pub fn value(&self, table: &dyn TableLike, key: &str) -> Place {
         self.place(table.get(key).and_then(Item::span).or_else(|| table.key(key).and_then(|k| k.span())))
     }
@@ -70,7 +70,7 @@ pub fn to_map(item: &Item) -> Result<Value> {
 fn free(item: &Item) -> Result<Value> {
     let coded = item.as_table_like().filter(|t| t.len() == 1).and_then(|t| t.get("base64")).and_then(Item::as_str);
     let Some(coded) = coded else { return to_value(item, 1.0) };
-    STANDARD.decode(coded).map(Value::Text).map_err(|e| Error::new("E102", format!("it is not base64: {e}")))
+    STANDARD.decode(coded).map(Value::Text).map_err(|e| Error::new("E102", format!("invalid base64: {e}")))
 }
 
 fn value(v: &toml_edit::Value, factor: f64) -> Result<Value> {
@@ -94,7 +94,7 @@ fn value(v: &toml_edit::Value, factor: f64) -> Result<Value> {
                 _ => Value::List(items),
             }
         }
-        // A table with a name is not a part; the code that reads it knows its keys.
+        // A table with the key `name` is not a part of a compound; the code that uses the value knows its keys.
         T::InlineTable(t) if t.contains_key("name") => {
             let entries = t.iter().map(|(k, v)| Ok((Value::text(k), value(v, 1.0)?)));
             Value::Map(entries.collect::<Result<_>>()?)
@@ -122,7 +122,7 @@ fn part(table: &toml_edit::InlineTable) -> Result<Value> {
     table.iter().map(|(k, v)| with_unit("a part", PART_KEYS, k, v)).collect::<Result<_>>().map(Value::Map)
 }
 
-/// Converts the drive of a robot.
+/// Converts the table that describes the drive of a robot.
 pub fn to_drive(item: &Item) -> Result<Value> {
     let table = item.as_table_like().ok_or_else(|| Error::new("E102", "expected a table"))?;
     let entry = |(k, v): (&str, &Item)| match v {
@@ -147,7 +147,7 @@ fn with_unit(what: &str, known: &[(&str, &str)], written: &str, v: &toml_edit::V
     }
 }
 
-/// Converts the image on a shape.
+/// Converts the table that describes the texture of a shape.
 pub fn to_texture(item: &Item) -> Result<Value> {
     texture(item.as_table_like().ok_or_else(|| Error::new("E102", "expected a table"))?)
 }

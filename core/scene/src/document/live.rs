@@ -13,7 +13,7 @@ use crate::{
     texture::ShapeTexture,
 };
 
-/// Data of objects that is not part of the tree.
+/// Callbacks that return data of objects that is not stored in the tree.
 pub struct Beside<'a> {
     /// Returns the kind and parameters of a sensor's or actuator's device, by slot.
     pub device: &'a dyn Fn(u32) -> Option<DeviceSpec>,
@@ -55,22 +55,22 @@ impl Document {
     }
 }
 
-/// The meshes and images of the document; the number of each is its index plus one.
+/// The meshes and images of a document; the number of each is its index plus one.
 #[derive(Default)]
 pub(super) struct Assets {
     meshes: Vec<Arc<Mesh>>,
     images: Vec<Arc<Image>>,
-    /// Whether those with the same contents have the same number.
+    /// Whether meshes, or images, with equal contents have the same number.
     by_contents: bool,
 }
 
 impl Assets {
-    /// Creates a list for scenes that were read separately.
+    /// Creates a list that identifies meshes and images by their contents, to compare scenes that were read separately.
     pub(super) fn by_contents() -> Self {
         Assets { by_contents: true, ..Self::default() }
     }
 
-    /// Returns the number of a mesh.
+    /// Returns the number of a mesh, which is added if it is not in the list.
     fn mesh(&mut self, mesh: &Arc<Mesh>) -> Value {
         let known = self.meshes.iter().position(|m| Arc::ptr_eq(m, mesh));
         let alike = |m: &Arc<Mesh>| self.by_contents && m.triangles.len() == mesh.triangles.len() && **m == **mesh;
@@ -82,7 +82,7 @@ impl Assets {
         Value::Int(at as i64 + 1)
     }
 
-    /// Returns a texture with the number that its image has here.
+    /// Returns a texture as a value with the number that its image has in this list, or `None` without an image.
     fn texture(&mut self, texture: &ShapeTexture) -> Option<Value> {
         let image = texture.image.as_ref()?;
         let known = self.images.iter().position(|i| Arc::ptr_eq(i, image) || self.by_contents && **i == **image);
@@ -147,7 +147,7 @@ fn blank(kind: i32, device: Option<&DeviceSpec>) -> (Scene, u32) {
     (scene, slots[0])
 }
 
-/// Returns the parts of a compound.
+/// Returns the value of `shape.parts`, or `None` if the shape has no parts.
 fn parts(shape: &Shape, assets: &mut Assets) -> Option<Value> {
     if shape.parts.is_empty() {
         return None;

@@ -1,14 +1,16 @@
-//! Documents: descriptions of scenes, from scene files, models or importers. Nothing here is live.
+//! Documents: descriptions of scenes, built from scene files, models or imported files, or from a live tree.
 //!
 //! - [`Document`]: objects, scripts, settings;
 //! - [`Builder`]: builds a document, and checks every property against its row;
-//! - `plugin_builder`: the builder for plugins, and models; `import`: files of other formats; `import_files`: files
-//!   that they read; `live`: a document of a running scene;
+//! - `plugin_builder`: the builder interface for plugins, and models; `import`: files in other formats;
+//!   `import_files`: the further files that importers read; `live`: the document of a running scene;
 //! - `names`: paths and unique names; `toml`: scene files; `keys`: their keys, units and values;
-//! - `presets`: named settings of sensors; `removal`: parts that are taken out again; `stand`: where they stood;
-//! - `entry`: which table describes which objects; `settings`: settings of the world; `scripts`: scripts in scene files;
+//! - `presets`: named settings of sensors; `removal`: removal of parts of models; `stand`: the pose of an object that
+//!   is replaced;
+//! - `entry`: which table describes which objects; `settings`: settings of the world; `scripts`: scripts in scene
+//!   files;
 //! - `services`: services that a scene requests;
-//! - `overrides`: `[set]`, `--set`, `--script`; `change`: what they state;
+//! - `overrides`: application of `[set]`, `--set` and `--script`; `change`: their parsed form;
 //! - [`Sources`]: the source files of a document.
 
 mod build;
@@ -70,21 +72,22 @@ pub struct ScriptSpec {
     pub language: usize,
     /// Its dialect; if empty, the scene's dialect, or the one inferred from the source.
     pub dialect: String,
-    /// "child", "threaded", "customization", "main"; for scripts from outside: "addon", "sandbox".
+    /// "child", "threaded", "customization" or "main"; for scripts that are not part of a document, "addon" or
+    /// "sandbox".
     pub kind: String,
     /// Order among scripts of one object, or of siblings: 0 first, 1 (the default), 2 last.
     pub priority: u8,
     /// Whether its actuation and sensing may run in parallel with those of other scripts.
     pub side_by_side: bool,
-    /// The file it was read from, if any, for messages.
+    /// Name for messages: usually the file it was read from, or the alias of its object.
     pub name: String,
-    /// Its source.
+    /// Its source code.
     pub text: Vec<u8>,
 }
 
 impl ScriptSpec {
-    /// Describes a script from outside a document, of kind "addon" or "sandbox"; its dialect is inferred from its
-    /// source.
+    /// Creates the description of a script that is not part of a document, of kind "addon" or "sandbox". Its dialect is
+    /// inferred from its source.
     pub fn outside(language: usize, kind: &str, name: String, text: Vec<u8>) -> Self {
         let kind = kind.to_owned();
         ScriptSpec { language, dialect: String::new(), kind, priority: NORMAL, side_by_side: false, name, text }
@@ -103,7 +106,7 @@ pub struct DeviceSpec {
 /// Description of an object.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ObjectSpec {
-    /// `TATU_KIND_*`
+    /// Kind of the object, a `TATU_KIND_*` constant.
     pub kind: i32,
     /// Its alias.
     pub alias: String,
@@ -119,7 +122,7 @@ pub struct ObjectSpec {
     pub placement: Isometry3<f64>,
     /// Number of the group of objects that were added together. They share the suffix of their unique names.
     pub group: usize,
-    /// The place where it is described.
+    /// The source location of its description.
     pub place: Option<Place>,
 }
 
@@ -183,7 +186,7 @@ pub struct Document {
     pub models: Vec<ModelInstance>,
     /// Number of the next model.
     next_model: usize,
-    /// Parameters of models that override those that are written, by number of the model.
+    /// Parameters of models, by model number, that override the values in the files.
     model_params: Arc<[(usize, String, Value)]>,
     /// Properties that the files set, which are applied when all objects exist.
     sets: Vec<Override>,
@@ -195,20 +198,20 @@ pub struct Document {
     pub reports: Vec<Report>,
     /// Permissions that the scene requests, in the form of `--allow`; only the user who runs it can grant them.
     pub asks: Vec<String>,
-    /// The table `[env]` of the scene file, as TOML: what a program that learns observes and does. The core keeps it
-    /// unread.
+    /// The table `[env]` of the scene file, as TOML: the observations and actions of a learning environment. The core
+    /// stores it without interpreting it.
     pub env: Option<String>,
     /// An importer's description of its file, a map, if requested by [`Options::describe`].
     pub description: Option<Value>,
     /// Initial custom data of the world, by tag.
     pub notes: BTreeMap<Vec<u8>, Vec<u8>>,
-    /// Whether importers are asked to describe their files.
+    /// Whether importers should describe their files; see [`Options::describe`].
     pub(crate) describe: bool,
     /// Index of the objects by alias.
     pub(crate) names: names::Names,
     /// The last group number; see [`ObjectSpec::group`].
     groups: usize,
-    /// Suffixes of the unique names of groups, for those whose table states them.
+    /// Suffixes of the unique names of groups, where the file specifies them, by group number.
     group_suffixes: BTreeMap<usize, i32>,
     /// Number of scenes read as models so far.
     scenes_within: usize,
@@ -291,7 +294,7 @@ impl Document {
                 TATU_KIND_SENSOR => Data::Sensor(SensorData::new(spec.device.as_ref().map_or(usize::MAX, |d| d.kind))),
                 TATU_KIND_ACTUATOR => Data::Actuator(ActuatorData {
                     kind: spec.device.as_ref().map_or(usize::MAX, |d| d.kind),
-                    // They are filled in when the device is created.
+                    // The commands are filled in when the device is created.
                     commands: Vec::new(),
                 }),
                 TATU_KIND_FORCE_SENSOR => Data::ForceSensor(Box::default()),
@@ -318,7 +321,7 @@ impl Document {
         slots
     }
 
-    /// Returns the number of an image that a value of `shape.texture` or `shape.parts` refers to and that does not exist.
+    /// Returns the number of a missing image that a value of `shape.texture` or `shape.parts` refers to, if any.
     pub fn lost_image(&self, row: Row, value: &Value) -> Option<u32> {
         let images = match row {
             Row::Parts => crate::part_images(value),
@@ -330,7 +333,7 @@ impl Document {
         images.into_iter().find(|n| *n as usize > self.images.len())
     }
 
-    /// Assigns its image to a shape whose texture was set, by number.
+    /// Assigns the image with the texture's number to the texture of a shape, unless it already has an image.
     pub fn fill_texture(&self, scene: &mut Scene, slot: u32) {
         let Some(Data::Shape(shape)) = scene.get_mut(slot).map(|o| &mut o.data) else { return };
         if let Some(texture) = shape.texture.as_mut().filter(|t| t.image.is_none()) {
@@ -338,7 +341,7 @@ impl Document {
         }
     }
 
-    /// Assigns meshes and images to a shape and its parts, by number.
+    /// Assigns the meshes and images with the stored numbers to the parts and textures of a shape.
     pub fn fill_parts(&self, scene: &mut Scene, slot: u32) {
         let Some(Data::Shape(shape)) = scene.get_mut(slot).map(|o| &mut o.data) else { return };
         for part in shape.parts.iter_mut().filter(|p| p.mesh_number > 0) {
@@ -349,7 +352,8 @@ impl Document {
         }
     }
 
-    /// Checks constraints between properties: shapes that lack what their form requires.
+    /// Checks constraints that involve several properties: of settings, of shapes that require a mesh or parts, and of
+    /// graphs.
     fn check(&self) -> Result {
         self.settings.check()?;
         for spec in self.objects.iter().filter(|o| o.kind == tatu_plugin_api::abi::TATU_KIND_SHAPE) {
@@ -392,6 +396,6 @@ pub struct ServiceSpec {
     pub kind: usize,
     /// Specified parameters, by key, in SI units; later ones override earlier ones.
     pub params: Vec<(String, Value)>,
-    /// The place where it is requested.
+    /// The source location of the request; `None` if the command line requests it.
     pub place: Option<Place>,
 }

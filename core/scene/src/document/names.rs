@@ -26,10 +26,10 @@ impl Names {
         self.set_object(slot, self.slots.len() - 1);
     }
 
-    /// Removes objects; those after them move up.
+    /// Removes objects; the indices of later objects decrease accordingly.
     pub fn remove(&mut self, gone: &BTreeSet<usize>) {
         let Some(first) = gone.first().copied().filter(|f| *f < self.slots.len()) else { return };
-        // Children come after their parents, and must not be attached to others.
+        // Children come after their parents; in reverse order, none of them is attached to another parent.
         for object in gone.iter().rev() {
             self.scene.remove(self.slot(Some(*object)));
         }
@@ -56,12 +56,12 @@ impl Names {
         self.scene.set_name(self.slot(Some(object)), alias, -1);
     }
 
-    /// Records an object's unique name as specified in the file; the first of equal ones keeps it.
+    /// Records the unique name that the file specifies for an object. If several objects specify it, the first has it.
     pub fn tell(&mut self, object: usize, alias: &str, suffix: i32) {
         self.told.entry((alias.to_owned(), suffix)).or_insert(object);
     }
 
-    /// Returns the object whose unique name is specified in the file.
+    /// Returns the object for which the file specifies this unique name.
     pub fn told(&self, name: &str) -> Option<usize> {
         let (alias, suffix) = match name.split_once('#') {
             Some((alias, "")) => (alias, -1),
@@ -71,7 +71,7 @@ impl Names {
         self.told.get(&(alias.to_owned(), suffix)).copied()
     }
 
-    /// Returns the only object with this alias, or `None` if there are none or several.
+    /// Returns the only object with this alias, or `None` if no object or several objects have it.
     pub fn only(&self, alias: &str) -> Option<usize> {
         self.scene.only(alias).map(|slot| self.objects[slot as usize])
     }

@@ -54,8 +54,9 @@ pub fn find(document: &Document, from: Option<usize>, path: &str) -> Result<usiz
     })
 }
 
-/// Applies overrides in order. Their paths are those before any of them. If one of them is a parameter of a model, which must be rebuilt with it, returns that
-/// parameter.
+/// Applies overrides in order. All paths are resolved before the first override is applied. If an override sets a
+/// parameter of a model to a value that is not in `known`, the model must be rebuilt: returns the parameter, as the
+/// number of the model, key and value, without applying the remaining overrides.
 pub(super) fn apply(
     document: &mut Document,
     registry: &Registry,
@@ -118,7 +119,7 @@ pub(super) fn apply(
 }
 
 /// Returns the object of an override, and whether its key names the kind of the property, as in `/robot.shape.color`. A
-/// parameter of a model may have the same key as a property of its base, and comes first.
+/// parameter of a model may have the same key as a property of its base, and takes precedence.
 fn found(document: &Document, o: &Override) -> Result<(usize, bool)> {
     let plain = find(document, o.from, &o.path);
     let qualified = || {

@@ -93,13 +93,13 @@ fn run_model(builder: &mut Builder<'_>, info: &Model, params: &[(String, Value)]
     });
     let plugin = &registry.plugins[info.plugin].id;
     let built = builder.document.objects.get(first..).unwrap_or_default();
-    // A model of text may leave out objects, and with them slots.
+    // A model that is read from text may leave out objects, and with them slots.
     let lost = info.slots.iter().find(|s| !built.iter().any(|o| o.alias == s.alias));
     if let Some(slot) = lost.filter(|_| done.is_ok() && info.file.is_none()) {
         let slot = &slot.alias;
-        let text = format!("the model `{}`: it declares the slot `{slot}`, but builds no such object", info.id);
+        let text = format!("the model `{}` declares the slot `{slot}`, but builds no object with this alias", info.id);
         return Err(Error::new("E111", format!("{text} [{} of `{plugin}`]", Call::Build.text()))
-            .help("build it, or take it out of `tatu_model.slots`; report it to the plugin's authors"));
+            .help("report this to the plugin's authors: build the object, or remove it from `tatu_model.slots`"));
     }
     done.map_err(|failed| match failed {
         Failed::Breach(e) => e,
@@ -117,7 +117,7 @@ fn run_model(builder: &mut Builder<'_>, info: &Model, params: &[(String, Value)]
     })
 }
 
-/// Returns what a plugin says about the text of a model.
+/// Returns the error that a plugin reported about the text of a model.
 fn of_text(builder: &Builder<'_>, info: &Model, said: &ErrorSlot) -> Error {
     let (said, file) = (said.said(), info.file.clone().unwrap_or_default());
     let why = said.text.unwrap_or_else(|| "its plugin gave no reason".to_owned());
@@ -185,10 +185,10 @@ pub(super) fn run(
     }
 }
 
-/// Runs one function of the builder table. The first error is kept until the end of the build.
+/// Runs one function of the builder table. The first error is stored until the end of the build.
 fn with<T>(table: Option<&tatu_builder>, f: impl FnOnce(&Build, &mut Builder<'_>) -> Result<T>) -> Option<T> {
-    // SAFETY: the header requires the table to be the one passed to the plugin, which `run` made; its build lives until
-    // the plugin's call has returned.
+    // SAFETY: the header requires the table to be the one passed to the plugin, which `run` created; its build lives
+    // until the plugin's call has returned.
     let build = unsafe { &*table?.ctx.cast::<Build<'_, '_>>() };
     let mut guard = build.builder.try_borrow_mut().ok()?;
     match f(build, &mut guard) {
@@ -210,7 +210,7 @@ fn clean(text: LentCStr<'_>) -> String {
 /// Returns the index of an object given by its number in the build. The builder checks whether it exists.
 fn index(build: &Build, object: u32) -> Result<usize> {
     match object {
-        0 => Err(Error::new("E110", "object 0 of a build stands for the place of the model, and cannot be changed")),
+        0 => Err(Error::new("E110", "object 0 of a build is the parent of the model, and cannot be changed")),
         n => Ok(build.first + n as usize - 1),
     }
 }
@@ -245,7 +245,7 @@ unsafe extern "C" fn mesh(
     triangles: *const u32,
     n_triangles: u64,
 ) -> u64 {
-    // SAFETY: the caller keeps the rules for points and triangles; without coordinates there are none to keep.
+    // SAFETY: the caller upholds the requirements on points and triangles, and null coordinates have no requirements.
     unsafe { textured_mesh(t, points, std::ptr::null(), n_points, triangles, n_triangles) }
 }
 
@@ -259,7 +259,7 @@ unsafe extern "C" fn textured_mesh(
 ) -> u64 {
     if points.is_null() || triangles.is_null() {
         let lacks = if points.is_null() { "points" } else { "triangles" };
-        let text = format!("a mesh of {n_points} points and {n_triangles} triangles has no {lacks}: null was given");
+        let text = format!("a mesh of {n_points} points and {n_triangles} triangles has a null pointer for {lacks}");
         with(t, |_, _| Err::<(), _>(Error::new("E111", text)));
         return 0;
     }
@@ -284,7 +284,7 @@ unsafe extern "C" fn textured_mesh(
 unsafe extern "C" fn image(t: Option<&tatu_builder>, rgba: *const u8, width: u32, height: u32) -> u64 {
     let pixels = u64::from(width) * u64::from(height);
     if rgba.is_null() || pixels > MOST_PIXELS as u64 {
-        let lacks = if rgba.is_null() { "null was given".into() } else { format!("expected at most {MOST_PIXELS}") };
+        let lacks = if rgba.is_null() { "null pointer".into() } else { format!("expected at most {MOST_PIXELS}") };
         let error = Error::new("E111", format!("an image of {width} x {height} pixels was refused: {lacks}"));
         with(t, |_, _| Err::<(), _>(error));
         return 0;

@@ -1,4 +1,4 @@
-//! Presets: named settings of a sensor, which its kind offers.
+//! Presets: named settings of a sensor, defined by its kind.
 
 use std::path::Path;
 

@@ -1,13 +1,13 @@
-//! Parts of models that the scene takes out again.
+//! Removal of parts of models by the scene.
 
 use std::collections::BTreeSet;
 
 use super::{Document, change::Override, overrides};
 
 impl Document {
-    /// Removes objects with everything below them. Indices of the objects before the first of them stay the same. What
-    /// the files set on removed objects is dropped. The cost depends on the objects from the first of them on, not on
-    /// the whole document: models that remove parts may be placed thousands of times.
+    /// Removes objects with their descendants. The indices of objects before the first removed one do not change.
+    /// Overrides of removed objects are dropped. The cost is proportional to the number of objects from the first
+    /// removed one on, not to the size of the document: models that remove parts may be placed thousands of times.
     pub(super) fn remove(&mut self, tops: &BTreeSet<usize>) {
         let Some(first) = tops.first().copied() else { return };
         let mut gone: BTreeSet<usize> = BTreeSet::new();
@@ -26,7 +26,7 @@ impl Document {
                 !dropped.contains(&(index - 1))
             });
         }
-        // The new indices of the objects from the first one on.
+        // The new indices of the objects from the first removed one on.
         let mut next = first;
         let indices: Vec<usize> = (first..self.objects.len())
             .map(|i| {
@@ -54,10 +54,10 @@ impl Document {
         }
     }
 
-    /// Returns what the files set on some of these objects, by index. Paths that begin outside of a model are left out:
-    /// they are looked up when all objects exist.
+    /// Returns the indices of the overrides in `sets` that apply to one of these objects. Overrides that are not
+    /// relative to a model are left out: they are resolved when all objects exist.
     pub(super) fn sets_on(&self, objects: &BTreeSet<usize>) -> Vec<usize> {
-        // Most paths lead down from where they begin, and need not be looked up if that is elsewhere.
+        // Most paths only descend, and need not be resolved unless they start at one of the objects or at an ancestor.
         let mut above = objects.clone();
         for object in objects {
             let mut at = self.objects[*object].parent;

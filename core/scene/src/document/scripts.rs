@@ -18,11 +18,11 @@ pub(super) fn read(text: &Text<'_>, b: &mut Builder<'_>, table: &dyn TableLike, 
     Ok(())
 }
 
-/// Reads the value of `script` or `scripts` that stands at a place other than the object's own table.
+/// Reads a value of `script` or `scripts` that is written outside the object's own table, as an override.
 pub(super) fn read_item(b: &mut Builder<'_>, owner: usize, item: &Item, place: Option<Place>) -> Result {
     let place = place.unwrap_or_default();
     let file = place.file.clone();
-    // The positions within the value are unknown; errors point to the place.
+    // Positions within the value are unknown; errors refer to the location of the whole value.
     scripts(&Text::new(&file, ""), b, owner, item, place)
 }
 
@@ -64,7 +64,7 @@ fn script(source: &Text<'_>, b: &mut Builder<'_>, owner: usize, item: &Item, pla
                 "priority" => match PRIORITIES.iter().position(|p| *p == value) {
                     Some(n) => priority = n as u8,
                     None => {
-                        let error = wrong(format!("a script of priority `{value}`"));
+                        let error = wrong(format!("unknown script priority `{value}`"));
                         return Err(error.expected(PRIORITIES.join(", ")).nearest(&value, PRIORITIES.iter().copied()));
                     }
                 },
@@ -104,8 +104,8 @@ fn script(source: &Text<'_>, b: &mut Builder<'_>, owner: usize, item: &Item, pla
         .map_err(|e| e.at(Some(place)))
 }
 
-/// Returns the language of a script that names none: the only one that is loaded, or `None` if none is loaded. Fails if
-/// there are several.
+/// Returns the language of a script that does not name its language: the only one that is loaded, or `None` if no
+/// language is loaded. Fails if several are loaded.
 fn only_language(languages: &[Language]) -> Result<Option<&str>> {
     let ids: BTreeSet<&str> = languages.iter().map(|l| l.id.as_str()).collect();
     if ids.len() < 2 {

@@ -24,13 +24,13 @@ impl ServiceOverride {
     pub fn with_text(id: &str, key: &str, text: &str) -> Self {
         ServiceOverride { id: id.to_owned(), params: vec![(key.to_owned(), Item::Value(text.into()))] }
     }
-    /// Parses an override. A value is parsed as TOML; if it is not valid TOML, it is a text.
+    /// Parses an override. A value is parsed as TOML; a value that is not valid TOML is taken as a string.
     pub fn parse(text: &str) -> Result<Self> {
         let (id, rest) = text.split_once(':').unwrap_or((text, ""));
         let mut params = Vec::new();
         for part in rest.split(',').filter(|p| !p.trim().is_empty()) {
             let Some((key, value)) = part.split_once('=').filter(|(k, _)| !k.trim().is_empty()) else {
-                return Err(Error::new("E102", format!("`{part}` is not KEY=VALUE, in `{text}`"))
+                return Err(Error::new("E102", format!("`{part}` in `{text}` is not of the form KEY=VALUE"))
                     .expected("ID:KEY=VALUE,KEY=VALUE")
                     .help("for instance `jsonl:port=7000`"));
             };
@@ -45,11 +45,11 @@ impl ServiceOverride {
     }
 }
 
-/// The user's own settings: defaults for parameters of services, such as ports and devices of their machine. They apply
-/// to nothing that a world computes.
+/// The user's own settings: defaults for parameters of services, such as ports and devices of the user's machine. They
+/// do not affect what a world computes.
 #[derive(Debug, Clone, Default)]
 pub struct UserSettings {
-    /// For each service, its parameters as written, and where.
+    /// Parameters by id of the service: the key and TOML value as written, and their source location.
     services: BTreeMap<String, Vec<(String, Item, Place)>>,
 }
 
@@ -64,7 +64,7 @@ impl UserSettings {
         for (key, item) in document.iter() {
             let wrong = |text: String| Error::new("E101", text).expected("[service.ID] with parameters of the service");
             let table = item.as_table_like().filter(|_| key == "service");
-            let table = table.ok_or_else(|| wrong(format!("unknown key `{key}` of the user's settings")));
+            let table = table.ok_or_else(|| wrong(format!("unknown key `{key}` in the user's settings")));
             for (id, item) in table.map_err(|e| e.at(Some(reader.key(document.as_table(), key))))?.iter() {
                 let Some(params) = item.as_table_like() else {
                     return Err(wrong(format!("`service.{id}` is not a table")).at(Some(reader.place(item.span()))));
@@ -100,9 +100,9 @@ pub(super) fn read(
     place: Place,
 ) -> Result<ServiceSpec> {
     let Some(id) = table.get("id").and_then(Item::as_str) else {
-        return Err(Error::new("E104", "a [[service]] without `id`")
+        return Err(Error::new("E104", "a [[service]] has no `id`")
             .expected("id = \"<service>\"")
-            .help("`tatu list services` shows them")
+            .help("`tatu list services` shows the available services")
             .at(Some(place)));
     };
     let kind = registry.service(id, providers).map_err(|e| e.at(Some(text.value(table, "id"))))?;

@@ -22,14 +22,14 @@ pub const FRICTION_RULES: [(&str, FrictionRule); 4] = [
     ("greatest", FrictionRule::Greatest),
 ];
 
-/// Friction and restitution where two materials touch.
+/// Friction and restitution of a pair of materials in contact.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct FrictionPair {
     /// Names of the materials, in any order.
     pub materials: [String; 2],
     /// Coulomb friction coefficient.
     pub friction: f64,
-    /// Restitution, 0 to 1; `None`: determined by the shapes.
+    /// Restitution coefficient, 0 to 1; if `None`, it follows from the shapes.
     pub restitution: Option<f64>,
 }
 
@@ -76,7 +76,7 @@ pub struct Settings {
     pub physics_dt: f64,
     /// Number of sub-steps of a physics step in which velocities are solved.
     pub physics_substeps: u32,
-    /// Whether bodies that rest on something may sleep.
+    /// Whether bodies at rest may sleep.
     pub sleep: bool,
     /// The rule that combines the friction of two shapes.
     pub friction_rule: FrictionRule,
@@ -84,9 +84,10 @@ pub struct Settings {
     pub joint_solver: JointSolver,
     /// Friction and restitution by pairs of materials.
     pub friction_pairs: Vec<FrictionPair>,
-    /// Parts of its sources that are not supported, as messages; each run reports them.
+    /// Messages about unsupported parts of the scene's source files; each run reports them.
     pub lacks: Vec<String>,
-    /// Natural frequency (Hz) and damping ratio of contacts; `None`: as stiff as the length of a sub-step permits.
+    /// Natural frequency (Hz) and damping ratio of contacts; if `None`, contacts are as stiff as the length of a
+    /// sub-step permits.
     pub contact_spring: Option<[f64; 2]>,
     /// Gravity, m/s^2.
     pub gravity: Vector3<f64>,
@@ -103,7 +104,7 @@ pub struct Settings {
     pub budget: u64,
     /// Maximum memory of the state of a script, bytes.
     pub memory: u64,
-    /// What scripts may access outside the run: "exec" (other programs), "native" (libraries).
+    /// Permissions of scripts to access resources outside the run: "exec" (other programs), "native" (libraries).
     pub allow: Vec<String>,
 }
 
@@ -134,7 +135,7 @@ impl Default for Settings {
 /// Maximum length of a step, s.
 pub const LONGEST: f64 = 100.0;
 
-/// Maximum number of physics steps in a step: more would take minutes, without a way to stop them.
+/// Maximum number of physics steps in a step: more would take minutes and could not be interrupted.
 const MOST_PHYSICS_STEPS: f64 = 100_000.0;
 
 impl Settings {
@@ -252,7 +253,7 @@ pub(super) fn apply(settings: &mut Settings, key: &str, value: &Value) -> Result
         ("lacks", Value::List(all)) => {
             let text = |v: &Value| match v {
                 Value::Text(t) => Ok(String::from_utf8_lossy(t).into_owned()),
-                _ => Err(Error::new("E102", "`lacks`: not a list of texts").expected("what cannot run, in words")),
+                _ => Err(Error::new("E102", "`lacks`: not a list of texts").expected("texts on what cannot run")),
             };
             settings.lacks = all.iter().map(text).collect::<Result<_>>()?;
         }

@@ -25,13 +25,13 @@ struct Inner {
 }
 
 impl Sources {
-    /// Creates a closed set of files, by the paths under which they were read.
+    /// Creates a closed set of files, identified by the paths under which they were read.
     pub fn of(files: impl IntoIterator<Item = (PathBuf, Vec<u8>)>) -> Self {
         let files = files.into_iter().map(|(p, b)| (p, b.into())).collect();
         Sources(Arc::new(Inner { files: Mutex::new(files), closed: true, recovered: false }))
     }
 
-    /// Creates sources in which these files, by their paths, are read in place of those on disk.
+    /// Creates sources in which these files replace those on disk with the same paths.
     pub fn over(files: impl IntoIterator<Item = (PathBuf, Vec<u8>)>, recovered: bool) -> Self {
         let files = files.into_iter().map(|(p, b)| (p, b.into())).collect();
         Sources(Arc::new(Inner { files: Mutex::new(files), closed: false, recovered }))
@@ -64,7 +64,7 @@ impl Sources {
             return Ok(bytes.to_vec());
         }
         if self.0.closed {
-            return Err(io::Error::new(io::ErrorKind::NotFound, "it is not among the files that were kept"));
+            return Err(io::Error::new(io::ErrorKind::NotFound, "it is not among the stored files"));
         }
         let bytes = read_plain(path, MOST_BYTES)?;
         files.insert(path.to_owned(), bytes.as_slice().into());

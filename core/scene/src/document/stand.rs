@@ -1,4 +1,4 @@
-//! Where an object of a document stands, for what is put in its place.
+//! The pose of an object of a document, for the object or model that replaces it.
 
 use std::collections::BTreeSet;
 
@@ -12,8 +12,8 @@ use super::{Builder, Document, ObjectSpec, keys, presets::Target};
 use crate::{Scene, rows::Row};
 
 impl Builder<'_> {
-    /// Returns where an object is relative to its parent, with what the files set on it so far. For a model, returns
-    /// where it was placed, since another model may have its base elsewhere.
+    /// Returns the pose of an object in its parent's frame, including the overrides read so far. For the base of a
+    /// model, returns the placement of the model, since the replacement may have its base at a different pose.
     pub(super) fn stand(&self, object: usize) -> Isometry3<f64> {
         let set = self.set_poses(object);
         if !self.document.models.iter().any(|m| m.base == object) {
@@ -23,12 +23,12 @@ impl Builder<'_> {
         if set.is_empty() {
             return placement;
         }
-        // What moved the base moves the model as a whole.
+        // An override that moves the base moves the whole model.
         let own = local(self.document, object, Vec::new());
         local(self.document, object, set) * own.inverse() * placement
     }
 
-    /// Returns the poses that files set on an object; they are not among its rows before all objects exist.
+    /// Returns the poses that overrides set on an object. They are added to its rows only when all objects exist.
     fn set_poses(&self, object: usize) -> Vec<(Row, Value)> {
         let sets = self.document.sets_on(&BTreeSet::from([object]));
         if sets.is_empty() {
@@ -50,8 +50,8 @@ fn is_pose(row: Row) -> bool {
     matches!(row, Row::Pose | Row::WorldPose | Row::Position | Row::Quaternion | Row::Orientation)
 }
 
-/// Returns the pose of an object in its parent's frame, with more rows than it has. The rest of the document is not
-/// instantiated: only a pose in the world depends on what is above.
+/// Returns the pose of an object in its parent's frame, with the rows `more` set in addition to its own. The rest of
+/// the document is not instantiated; ancestors are needed only for a pose in the world frame.
 fn local(document: &Document, object: usize, more: Vec<(Row, Value)>) -> Isometry3<f64> {
     let rows = || document.objects[object].rows.iter().chain(&more);
     let mut chain = vec![object];

@@ -10,7 +10,7 @@ use crate::{
     tree::Scene,
 };
 
-/// Returns all followers with their leaders, in order of slots.
+/// Returns the slots of all followers with those of their leaders, in order of slots.
 pub(super) fn followers(scene: &Scene) -> Vec<(u32, u32)> {
     let named = scene.slots().filter_map(|(slot, o)| {
         let master = o.joint().map(|j| j.follow.master.as_str()).filter(|m| !m.is_empty())?;
@@ -44,15 +44,15 @@ pub(crate) fn geared(scene: &Scene) -> Vec<(u32, u32)> {
         .collect()
 }
 
-/// Sets the targets of followers; kinematic followers are placed there. Joints whose drive has changed are added to
-/// `drives`.
+/// Sets the targets of dynamic followers and the positions of kinematic ones. Joints whose target has changed are added
+/// to `drives`.
 pub(super) fn update(scene: &mut Scene, followers: &[(u32, u32)], drives: &mut Vec<u32>) {
     for (slot, master) in followers {
         let Some(m) = scene.get(*master).and_then(|o| o.joint()) else { continue };
         // A joint that moves no body has no velocity of its own, so its target velocity is used.
         let (position, velocity) = (m.position, if m.id.is_some() { m.velocity } else { m.target_velocity });
         let Some(Data::Joint(j)) = scene.get_mut(*slot).map(|o| &mut o.data) else { continue };
-        // The engine couples the two joints.
+        // The engine couples geared joints.
         if j.follow.geared && j.dynamic {
             continue;
         }

@@ -4,7 +4,7 @@ use super::state::Dynamics;
 use crate::{object::Data, tree::Scene};
 
 impl Dynamics {
-    /// Takes the measurements of force sensors after an engine step. A sensor that breaks releases its bodies at once.
+    /// Measures all force sensors after an engine step. A sensor that breaks releases its bodies at once.
     pub(super) fn sample(&mut self, scene: &mut Scene) {
         for i in 0..self.force_sensors.len() {
             let (id, slot) = self.force_sensors[i];

@@ -23,7 +23,7 @@ pub(crate) fn links(scene: &Scene) -> Vec<(u32, u32)> {
     pairs
 }
 
-/// Returns the body of the nearest shape above an object, and the object's pose in it.
+/// Returns the body of the nearest shape above an object, and the object's pose in the frame of that shape.
 fn carrier(scene: &Scene, slot: u32) -> Option<(BodyId, Isometry3<f64>)> {
     let mut at = scene.get(slot)?.parent;
     while let Some(o) = scene.get(at) {

@@ -1,11 +1,11 @@
-//! The mapping between objects and the engine's bodies and joints: creating them, advancing time, and copying states
-//! back.
+//! The mapping between objects and the engine's bodies and joints: creates bodies and joints, advances the engine, and
+//! copies its state back.
 //!
-//! - this module: an advance of the engine; `state`: the engine, and the mapping;
+//! - this module: advances of the engine; `state`: the engine, and the mapping;
 //! - `settle`: creates bodies and joints from objects; `mass`: their mass and surface; `loops`: loops closed by linked
 //!   dummies; `follow`: joints that follow others;
 //! - `targets`: drives of joints, and smooth position targets; `force_sensors`: measurements of force sensors;
-//! - `pose_writeback`: copies states back.
+//! - `pose_writeback`: copies the poses of bodies and the states of joints back to the objects.
 
 mod follow;
 mod force_sensors;
@@ -28,12 +28,12 @@ use crate::{
     tree::Scene,
 };
 
-/// Called before and after each engine step of an advance.
+/// Functions called before and after each engine step of an advance.
 #[derive(Default)]
 pub struct Hooks<'a> {
     /// Returns the pushes that act in the step.
     pub before: Option<&'a mut BeforeStep<'a>>,
-    /// Gets the engine after the step, whose index in the advance is the second argument.
+    /// Receives the engine after the step, and the index of the step in the advance.
     pub after: Option<&'a mut AfterStep<'a>>,
 }
 
@@ -51,10 +51,10 @@ impl Dynamics {
         self.drives.push(slot);
     }
 
-    /// Marks that an object was placed from outside the engine. The object and the bodies below it are moved there
-    /// before the next step.
+    /// Marks that the pose of an object was set from outside the engine. The bodies of the object and of its
+    /// descendants are moved before the next step.
     pub fn moved(&mut self, slot: u32) {
-        // A script may turn the same joint hundreds of times in a row.
+        // A script may set the same joint hundreds of times in a row.
         if self.moved.last() != Some(&slot) {
             self.moved.push(slot);
         }
@@ -77,7 +77,7 @@ impl Dynamics {
         }
     }
 
-    /// Passes to the engine what was set from outside since the last step, so that both agree.
+    /// Passes all changes since the last step to the engine, so that it agrees with the scene.
     pub fn prepare(&mut self, scene: &mut Scene) {
         self.settle(scene);
         follow::update(scene, &self.followers, &mut self.drives);
@@ -100,8 +100,8 @@ impl Dynamics {
         if dt > 0.0 { (dt / self.settings.step - 1e-9).ceil().max(1.0) as u32 } else { 0 }
     }
 
-    /// Advances by `dt` in engine steps, then copies poses and joint states back. Returns the objects whose bodies were
-    /// lost.
+    /// Advances by `dt` (s) in engine steps, then copies poses and joint states back. Returns the slots of objects
+    /// whose bodies the engine has quarantined.
     pub fn advance(&mut self, scene: &mut Scene, dt: f64, mut hooks: Hooks<'_>) -> Vec<u32> {
         follow::update(scene, &self.followers, &mut self.drives);
         self.apply_changes(scene);
@@ -121,8 +121,8 @@ impl Dynamics {
         self.look(scene)
     }
 
-    /// Runs one of the engine steps that make up `dt`, counted from 0, with the same bits as in [`Dynamics::advance`].
-    /// Poses that are set by hand between them take effect in the first step of the next advance.
+    /// Runs the engine step with index `part`, from 0, of those that make up `dt`, with the same bits as in
+    /// [`Dynamics::advance`]. Poses that are set between the steps take effect in the first step of the next advance.
     pub fn advance_part(&mut self, scene: &mut Scene, dt: f64, part: u32, hooks: Hooks<'_>) -> Vec<u32> {
         let steps = self.engine_steps(dt);
         if part == 0 {
@@ -163,7 +163,7 @@ impl Dynamics {
         self.between = between;
     }
 
-    /// Adjusts the length of an engine step so that an advance takes exactly the requested time.
+    /// Adjusts the length of an engine step so that an advance covers exactly the requested time.
     fn set_step(&mut self, step: f64) {
         if (step - self.step).abs() > 1e-12 {
             self.step = step;
@@ -178,7 +178,7 @@ impl Dynamics {
         lost.iter().filter_map(|b| self.object_of(*b)).collect()
     }
 
-    /// Sets the contact parameters of two shapes from the next engine step on.
+    /// Sets the contact parameters of two shapes from the next engine step on; `None` restores the default.
     pub fn set_pair(&mut self, a: &Shape, b: &Shape, rule: Option<PairRule>) {
         if let (Some(a), Some(b)) = (a.body.0, b.body.0) {
             self.engine.set_pair(a, b, rule);
@@ -192,8 +192,8 @@ impl Dynamics {
         }
     }
 
-    /// Returns bodies that have become faster than 100 m/s or moved farther than 1 km from their initial position, each
-    /// once: slot, speed in m/s, distance in m.
+    /// Returns the bodies that have become faster than 100 m/s or moved farther than 1 km from their initial position,
+    /// as slot, speed (m/s) and distance (m). Each body is returned only once.
     pub fn strays(&mut self, scene: &Scene) -> Vec<(u32, f64, f64)> {
         let mut found = Vec::new();
         for b in self.bodies.iter_mut().filter(|b| b.motion == Motion::Dynamic && !b.stray) {

@@ -1,4 +1,4 @@
-//! Copying the engine's state back: to bodies, joints, and the objects that they carry.
+//! Copies the engine's state back to shapes and joints, and to the objects that they carry.
 
 use std::collections::BTreeMap;
 
@@ -39,8 +39,8 @@ impl Dynamics {
         }
     }
 
-    /// Like `copy_back`, but for every object. Afterwards, world poses of objects that need not store them, such as
-    /// those without a body, are computed on demand.
+    /// Like `copy_back`, but for every object. Afterwards, the world poses of objects that need not store them, such as
+    /// objects without a body, are computed on demand.
     fn copy_all(&mut self, scene: &mut Scene) {
         for record in &self.joints {
             if let Some(Data::Joint(joint)) = scene.get_mut(record.tie).map(|o| &mut o.data) {

@@ -2,7 +2,7 @@
 //!
 //! The rule is V-REP's: a dynamic shape below a joint or force sensor that is itself below a shape is connected to that
 //! shape, by the joint or rigidly. Any other dynamic shape is free, whatever its parent. A respondable static shape
-//! collides; it is kinematic if something above it can move.
+//! collides; it is kinematic if an ancestor can move it.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -66,8 +66,7 @@ impl Dynamics {
                 forget(scene, slot);
             }
         }
-        // Infinite forms are added last, because the engine's tree of bounding boxes is unbalanced by forms added after
-        // them.
+        // Infinite forms are added last, because forms added after them unbalance the engine's tree of bounding boxes.
         let mut endless = Vec::new();
         scene.visit(|scene, slot| match scene.get(slot).and_then(|o| o.shape()).is_some_and(is_endless) {
             true => endless.push(slot),

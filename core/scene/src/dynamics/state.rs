@@ -40,27 +40,27 @@ pub struct Dynamics {
     pub(super) engine: Box<dyn Engine>,
     /// Bodies, in order of ids.
     pub(super) bodies: Vec<BodyRecord>,
-    /// Bodies that are moved by hand or by their parents, with their slots.
+    /// Bodies that scripts or their parents move, with their slots.
     pub(super) kinematic: Vec<(BodyId, u32)>,
     /// Joints, in order of ids.
     pub(super) joints: Vec<JointRecord>,
     /// Loops closed by linked dummies.
     pub(super) loops: Vec<LoopRecord>,
-    /// Joints whose drive has changed since the last step.
+    /// Slots of joints whose drive, and of shapes whose surface, has changed since the last step.
     pub(super) drives: Vec<u32>,
-    /// Joints whose position target still moves.
+    /// Slots of joints whose position target is still moving.
     pub(super) courses: Vec<u32>,
     pub(super) built: u64,
     pub(super) moved: Vec<u32>,
     /// Pushes that act in the next engine step only.
     pub(super) pushes: Vec<Push>,
-    /// Whether an advance is running step by step, with scripts called in between.
+    /// Whether an advance is in progress that calls scripts between engine steps.
     pub(super) between: bool,
     /// The objects that poses are copied back to.
     pub(super) pose_writeback: Carried,
-    /// Joints that follow others, with their leaders.
+    /// Slots of joints that follow others, with those of their leaders.
     pub(super) followers: Vec<(u32, u32)>,
-    /// Joints that are geared to others, with their leaders.
+    /// Slots of joints that are geared to others, with those of their leaders.
     pub(super) geared: Vec<(u32, u32)>,
     /// Force sensors between two bodies, with their slots.
     pub(super) force_sensors: Vec<(JointId, u32)>,
@@ -78,7 +78,7 @@ pub(super) struct LoopRecord {
     pub(super) bodies: (BodyId, BodyId),
 }
 
-/// An object that moves with the engine.
+/// An object whose pose follows from the engine's state.
 pub(super) struct Place {
     pub(super) slot: u32,
     pub(super) parent: u32,
@@ -87,39 +87,39 @@ pub(super) struct Place {
 
 /// The source of an object's pose.
 pub(super) enum From {
-    /// Its body.
+    /// The object's body.
     Body(BodyId),
-    /// Its parent's frame; its joint also has a state.
+    /// The parent's frame; the object is a joint whose state is copied as well.
     Joint(JointId),
-    /// Its parent's frame.
+    /// The parent's frame.
     Frame,
 }
 
-/// The objects that move with the engine. All others stay where they were put.
+/// The objects whose poses follow from the engine's state. The poses of all others do not change in a step.
 #[derive(Default)]
 pub(super) struct Carried {
-    /// Robot by robot, parents before children, without objects whose world pose is computed on demand.
+    /// The objects in depth-first order, without those whose world pose is computed on demand.
     pub(super) list: Vec<Place>,
     /// The version of the tree for which the list was built; 0 if it was not built.
     pub(super) listed: u64,
     /// The version of the tree for which all objects were last visited: after a change of the tree, stored poses may
-    /// differ in the last bits from those computed from the parents'.
+    /// differ in the last bits from those computed from the poses of the parents.
     pub(super) whole: u64,
 }
 
 impl Carried {
-    /// Returns the part of this that a snapshot contains.
+    /// Returns the version in `whole`, the only part that a snapshot contains.
     pub fn whole(&self) -> u64 {
         self.whole
     }
-    /// Restores this from a snapshot.
+    /// Restores the value from the version in a snapshot, or after all objects were visited.
     pub fn after(whole: u64) -> Self {
         Carried { whole, ..Carried::default() }
     }
 }
 
 impl Dynamics {
-    /// Creates an empty engine.
+    /// Creates the mapping with an empty engine.
     pub fn new(settings: EngineSettings) -> Self {
         Dynamics {
             engine: Box::new(Rapier::new(settings)),
@@ -184,7 +184,7 @@ impl Dynamics {
         postcard::to_stdvec(&all).unwrap_or_default()
     }
 
-    /// Restores a state. If it fails, nothing is changed.
+    /// Restores a state from [`Dynamics::snapshot`]. On failure, nothing is changed.
     pub fn restore(&mut self, bytes: &[u8]) -> Result<(), String> {
         type Tables = (Vec<BodyRecord>, (Vec<JointRecord>, Vec<LoopRecord>), (Vec<u32>, Vec<u32>));
         type Pairs = Vec<(u32, u32)>;
@@ -212,7 +212,7 @@ impl Dynamics {
     pub fn engine(&self) -> &dyn Engine {
         &*self.engine
     }
-    /// Returns the bodies above and below a joint of the engine, and its frame in the upper one.
+    /// Returns the bodies above and below a joint of the engine, and the joint's frame in the upper body.
     pub fn tie(&self, joint: JointId) -> Option<((BodyId, BodyId), Isometry3<f64>)> {
         // Joints are created in ascending order of ids.
         let i = self.joints.binary_search_by_key(&joint, |j| j.id).ok()?;
@@ -238,12 +238,12 @@ impl Dynamics {
     pub fn push(&mut self, body: BodyId, force: nalgebra::Vector3<f64>, torque: nalgebra::Vector3<f64>) {
         self.engine.push(body, force, torque);
     }
-    /// Returns the objects that bodies represent, in order of bodies.
+    /// Returns all bodies with the slots of their objects, in order of bodies.
     pub fn shapes(&self) -> impl Iterator<Item = (BodyId, u32)> + '_ {
         self.bodies.iter().map(|b| (b.id, b.slot))
     }
-    /// Returns the contacts after the last step, by object. Contacts of objects removed since then are left out: their
-    /// bodies are removed with the next step.
+    /// Returns the contacts after the last step, with the slots of both objects. Contacts of objects removed since then
+    /// are left out: their bodies are removed in the next step.
     pub fn contacts(&self, scene: &Scene) -> impl Iterator<Item = (u32, u32, tatu_physics::Contact)> {
         let mut all = Vec::new();
         self.engine.contacts(&mut all);
@@ -257,12 +257,12 @@ impl Dynamics {
     pub fn settings(&self) -> &EngineSettings {
         &self.settings
     }
-    /// Replaces the engine's settings; they take effect when physics advances next.
+    /// Replaces the engine's settings, with effect from the next advance.
     pub fn configure(&mut self, settings: EngineSettings) {
         self.settings = settings;
         self.engine.configure(EngineSettings { step: self.step, ..settings });
     }
-    /// Returns the velocities of all dynamic bodies with their objects, in order of bodies.
+    /// Returns the slots and velocities of all dynamic bodies, in order of bodies.
     pub fn twists(&self) -> impl Iterator<Item = (u32, Twist)> + '_ {
         self.bodies.iter().filter(|b| b.motion == Motion::Dynamic).map(|b| (b.slot, self.engine.twist(b.id)))
     }

@@ -1,9 +1,9 @@
 //! Drives of joints, and smooth position targets between scene steps.
 //!
 //! A target is set once per scene step, which consists of several physics steps. If it were applied at once, it would
-//! jump and shake what a gripper holds. Targets are therefore control points of a uniform quadratic B-spline, whose
-//! acceleration is their second difference. It lags by half a scene step, and a single target is reached after two. If
-//! a scene step is one physics step, and for targets set between physics steps, targets are applied at once.
+//! jump and shake the object in a gripper. Targets are therefore control points of a uniform quadratic B-spline, whose
+//! acceleration is their second difference. The spline lags by half a scene step, and a single target is reached after
+//! two. If a scene step is one physics step, and for targets set between physics steps, targets are applied at once.
 
 use tatu_physics::{Drive, Tracking};
 
@@ -13,8 +13,8 @@ use crate::{
     tree::Scene,
 };
 
-/// Returns the target of position control in a physics step. The target is clamped to the limits: beyond them, it would
-/// press against them permanently and cause jitter.
+/// Returns the target of position control in a physics step. The target is clamped to the limits: a target beyond them
+/// would press the joint against the limit permanently and cause jitter.
 fn target_of(j: &Joint, part: u32, steps: u32) -> f64 {
     let share = f64::from(part + 1) / f64::from(steps);
     let (low, high) = j.limits.unwrap_or((f64::NEG_INFINITY, f64::INFINITY));
@@ -36,7 +36,7 @@ fn geared(drive: Drive, factor: f64, offset: f64, limit: f64) -> Drive {
     }
 }
 
-/// Returns a drive with a fraction of its torque or force.
+/// Returns a drive whose torque or force is multiplied by `share`.
 fn shared(drive: Drive, share: f64) -> Drive {
     match drive {
         Drive::Velocity { target, max_force, slip } => Drive::Velocity { target, max_force: share * max_force, slip },
@@ -58,7 +58,8 @@ fn is_held(j: &Joint) -> bool {
     matches!(j.control, Control::Velocity | Control::Position)
 }
 
-/// Returns the target, continuous with an earlier one: a cyclic joint takes the shorter way around.
+/// Returns the target position; for a cyclic joint, the equivalent angle that is nearest to `from`, so that the joint
+/// takes the shorter path.
 fn near(j: &Joint, from: f64) -> f64 {
     let way = j.target_position - from;
     if j.kind == JointType::Revolute && j.limits.is_none() {
@@ -84,7 +85,7 @@ fn drive_of(j: &Joint, target: f64) -> Option<Drive> {
 }
 
 impl Dynamics {
-    /// Turns targets set since the last advance into control points, if an advance consists of several physics steps.
+    /// Converts targets set since the last advance to control points, if an advance consists of several physics steps.
     pub(super) fn plot_courses(&mut self, scene: &mut Scene, steps: u32) {
         let mut slots = std::mem::take(&mut self.courses);
         slots.extend(&self.drives);
@@ -106,8 +107,8 @@ impl Dynamics {
         }
     }
 
-    /// Passes the drives of joints to the engine in the `part`-th of `steps` physics steps: those that have changed,
-    /// and those whose target still moves.
+    /// Passes the drives of joints to the engine before the physics step with index `part` of `steps`: drives that have
+    /// changed, and those whose target is still moving.
     pub(super) fn apply_drives(&mut self, scene: &mut Scene, part: u32, steps: u32) {
         let mut drives = std::mem::take(&mut self.drives);
         for slot in drives.drain(..) {
@@ -130,9 +131,9 @@ impl Dynamics {
         self.share_drives(scene, part, steps);
     }
 
-    /// Drives joints that are geared to each other as one, whichever of them has the motor. The engine transmits forces
-    /// between them by single constraints, which are more accurate the less they transmit. A motor of the follower
-    /// moves with the leader's; a follower without a motor gets a share of the leader's.
+    /// Drives joints that are geared to each other as one. The engine transmits forces between them by single
+    /// constraints, which are the more accurate the less they transmit. Therefore a motor of the follower moves with
+    /// that of the leader, and a follower without a motor is driven by a share of the leader's.
     fn share_drives(&mut self, scene: &Scene, part: u32, steps: u32) {
         for (slot, leader) in &self.geared {
             let joint = |slot: u32| scene.get(slot).and_then(|o| o.joint());
@@ -167,7 +168,7 @@ impl Dynamics {
         (motor && !yields && !follows && is_free(slot)).then(|| 1.0 / (others + 1) as f64)
     }
 
-    /// Adds to the efforts of leaders' motors the efforts that acted on their followers.
+    /// Adds to the efforts of leaders the efforts that were applied to their followers on their behalf.
     pub(super) fn sum_efforts(&mut self, scene: &mut Scene) {
         for (slot, leader) in &self.geared {
             if self.share_of(scene, *slot, *leader).is_none() {
@@ -206,7 +207,7 @@ mod tests {
         }
         assert_eq!((way[10], way[20], way[30]), (0.5, 1.0, 1.0));
         assert!(!course.under_way());
-        // Its second difference is that of the targets, which is 1 per step, divided among ten parts.
+        // The second difference of the targets is 1 per step, and each step consists of ten parts.
         let bend = way.windows(3).map(|w| (w[2] - 2.0 * w[1] + w[0]).abs()).fold(0.0, f64::max);
         assert!((bend - 0.01).abs() < 1e-12, "{bend}");
     }

@@ -1,7 +1,7 @@
-//! Graphs: streams of numbers over time, and curves of one over another.
+//! Graphs: streams of values over time, and curves of one stream over another.
 //!
 //! - `spec`: descriptions of streams and curves; `values`: tables with a fixed set of keys;
-//! - [`Stream`]: one number over time, with its transformation;
+//! - [`Stream`]: one value over time, with its transformation;
 //! - [`Graph`]: streams that are recorded together, and their curves.
 
 mod recording;

@@ -1,4 +1,4 @@
-//! Graphs: streams that are recorded together, and curves of one over another.
+//! Graphs: streams that are recorded together, and curves of one stream over another.
 
 use std::collections::VecDeque;
 
@@ -11,7 +11,7 @@ use super::{
     spec::{self, Axis},
 };
 
-/// Maximum number of streams and curves of a graph.
+/// Maximum total number of streams and curves of a graph.
 const MOST: usize = 1000;
 
 /// A curve of a graph.
@@ -23,7 +23,7 @@ pub struct Curve {
     pub spec: CurveSpec,
     /// Red, green, blue, 0 to 1.
     pub color: [f64; 3],
-    /// Points of a static curve, which no longer changes.
+    /// Points of a static curve, which no longer changes; `None` for other curves.
     pub points: Option<Vec<Vec<f64>>>,
 }
 
@@ -32,7 +32,7 @@ pub struct Curve {
 pub struct Graph {
     /// Unique name of its object.
     pub name: String,
-    /// Number of samples kept.
+    /// Maximum number of samples; the oldest are discarded.
     pub buffer: usize,
     /// Times of the samples, s.
     pub times: VecDeque<f64>,
@@ -72,10 +72,10 @@ impl Graph {
     }
     fn number(&mut self, name: &str) -> Result<i64, Refusal> {
         if self.streams.len() + self.curves.len() >= MOST {
-            return Err(Refusal(TATU_ERR_SPACE, format!("the graph has {MOST} streams and curves already")));
+            return Err(Refusal(TATU_ERR_SPACE, format!("the graph already has {MOST} streams and curves")));
         }
         if self.find(name).is_some() {
-            return Err(Refusal(TATU_ERR_ARGUMENT, format!("the graph has a stream or curve `{name}` already")));
+            return Err(Refusal(TATU_ERR_ARGUMENT, format!("the graph already has a stream or curve `{name}`")));
         }
         self.last += 1;
         Ok(self.last)
@@ -87,7 +87,7 @@ impl Graph {
         self.streams.push(Stream::new(id, spec, color, self.times.len()));
         Ok(id)
     }
-    /// Adds a curve and returns its number.
+    /// Adds a curve and returns its number. The streams that it names must exist.
     pub fn add_curve(&mut self, spec: CurveSpec) -> Result<i64, Refusal> {
         for axis in &spec.axes {
             if let Axis::Stream(name) = axis
@@ -103,7 +103,8 @@ impl Graph {
         self.curves.push(Curve { id, spec, color, points: None });
         Ok(id)
     }
-    /// Adds a static copy of a curve in its current state.
+    /// Adds a static copy of a curve in its current state, and returns the number of the copy. If the name is empty, it
+    /// is derived from that of the curve.
     pub fn freeze(&mut self, curve: i64, name: &str) -> Result<i64, Refusal> {
         let Some(of) = self.curves.iter().find(|c| c.id == curve).cloned() else {
             return Err(Refusal(TATU_ERR_MISSING, format!("the graph has no curve {curve}")));
@@ -150,7 +151,7 @@ impl Graph {
         self.times.clear();
         self.streams.iter_mut().for_each(Stream::empty);
     }
-    /// Adds a sample to each stream; `numbers` are in the order of the streams.
+    /// Adds a sample to each stream; `numbers` are in the order of the streams, `None` for a missing value.
     pub fn take(&mut self, time: f64, numbers: &[Option<f64>]) {
         if self.times.len() >= self.buffer {
             self.times.pop_front();

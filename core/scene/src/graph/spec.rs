@@ -1,4 +1,4 @@
-//! Descriptions of streams and curves in scene files and by plugins: tables with a few keys.
+//! Descriptions of streams and curves, as tables in scene files and from plugins.
 
 use serde::{Deserialize, Serialize};
 use tatu_errors::Refusal;
@@ -6,7 +6,7 @@ use tatu_plugin_api::{abi::*, safe::Value};
 
 use super::values::{Keys, map};
 
-/// Maximum number of samples of a stream.
+/// Upper limit of the number of stored samples of a graph.
 pub const MOST_SAMPLES: i64 = 1_000_000;
 
 /// Default colours, in order: dark enough on white and easy to distinguish for most people (by Okabe and Ito).
@@ -25,7 +25,7 @@ pub fn color(i: usize) -> [f64; 3] {
     COLORS[i % COLORS.len()]
 }
 
-/// The transformation of a stream's numbers, before factor, offset and average.
+/// The transformation of a stream's values, before factor, offset and average.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[allow(missing_docs, reason = "named after what they are")]
 pub enum Transform {
@@ -40,7 +40,7 @@ pub enum Transform {
 }
 
 impl Transform {
-    /// Names of the transformations, in order of their numbers.
+    /// Names of the transformations, in the order of the variants.
     pub const NAMES: [&str; 4] = ["raw", "derivative", "integral", "cumulative"];
 
     /// Returns the transformation with a name; an empty name means raw.
@@ -54,20 +54,20 @@ impl Transform {
     }
 }
 
-/// Description of a stream: one number over time.
+/// Description of a stream: one value over time.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct StreamSpec {
     /// Its name in the graph.
     pub name: String,
     /// Unit of the result, for display.
     pub unit: String,
-    /// Red, green, blue, 0 to 1; `None`: a default colour.
+    /// Red, green, blue, 0 to 1; if `None`, a default colour.
     pub color: Option<[f64; 3]>,
-    /// Path of the object that the number belongs to; if empty, a script sets the number.
+    /// Path of the object that the value belongs to; if empty, a script sets the value.
     pub of: String,
-    /// The number: "x", "speed", "joint.position", `object.world_pose[2]`, or a field of a reading.
+    /// The recorded value: "x", "speed", "joint.position", `object.world_pose[2]`, or a field of a reading.
     pub data: String,
-    /// Transformation of the numbers.
+    /// Transformation of the values.
     pub transform: Transform,
     /// Factor applied afterwards.
     pub factor: f64,
@@ -75,7 +75,7 @@ pub struct StreamSpec {
     pub offset: f64,
     /// Number of samples that are averaged last.
     pub window: u32,
-    /// Whether it is recorded but not drawn.
+    /// Whether the stream is recorded but not plotted.
     pub hidden: bool,
 }
 
@@ -87,10 +87,10 @@ impl StreamSpec {
         let blank = StreamSpec { factor: 1.0, window: 1, ..Default::default() };
         let spec = blank.with(value)?;
         if spec.name.is_empty() {
-            return Err(Refusal(TATU_ERR_ARGUMENT, "a stream has a `name`".into()));
+            return Err(Refusal(TATU_ERR_ARGUMENT, "a stream must have a `name`".into()));
         }
         if spec.of.is_empty() != spec.data.is_empty() {
-            let text = format!("the stream `{}` has `of` or `data` without the other: give both or neither", spec.name);
+            let text = format!("the stream `{}` must have both `of` and `data`, or neither", spec.name);
             return Err(Refusal(TATU_ERR_ARGUMENT, text));
         }
         Ok(spec)
@@ -152,9 +152,9 @@ pub struct CurveSpec {
     pub name: String,
     /// Unit of its axes, for display.
     pub unit: String,
-    /// Red, green, blue, 0 to 1; `None`: a default colour.
+    /// Red, green, blue, 0 to 1; if `None`, a default colour.
     pub color: Option<[f64; 3]>,
-    /// 2 or 3 coordinates.
+    /// The 2 or 3 coordinates of the curve.
     pub axes: Vec<Axis>,
 }
 
@@ -166,7 +166,7 @@ impl CurveSpec {
         let keys = Keys::new("a curve", value, Self::KEYS)?;
         let name = keys.text("name")?;
         if name.is_empty() {
-            return Err(Refusal(TATU_ERR_ARGUMENT, "a curve has a `name`".into()));
+            return Err(Refusal(TATU_ERR_ARGUMENT, "a curve must have a `name`".into()));
         }
         let mut axes = Vec::new();
         for key in ["x", "y", "z"] {
@@ -194,7 +194,8 @@ impl CurveSpec {
     }
 }
 
-/// Parses the description of a copy of a curve: its name (chosen automatically if empty), and the number of the curve.
+/// Parses the description of a static copy of a curve. Returns the name of the copy (chosen automatically if empty),
+/// and the number of the curve.
 pub fn keys_of(value: &Value) -> Result<(String, i64), Refusal> {
     let keys = Keys::new("a copy", value, &["name", "curve"])?;
     match keys.count("curve", 1..=i64::from(u32::MAX))? {
@@ -206,11 +207,11 @@ pub fn keys_of(value: &Value) -> Result<(String, i64), Refusal> {
 /// Description of a graph in a scene.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct GraphSpec {
-    /// Whether it records only on request.
+    /// Whether the graph records only on request.
     pub explicit: bool,
-    /// Number of samples kept per stream.
+    /// Maximum number of samples stored per stream.
     pub buffer: usize,
-    /// Streams that it records.
+    /// Recorded streams.
     pub streams: Vec<StreamSpec>,
     /// Curves of one stream over another.
     pub curves: Vec<CurveSpec>,

@@ -1,4 +1,4 @@
-//! Streams: one number over time, with its transformation.
+//! Streams: one value over time, with its transformation.
 
 use std::collections::VecDeque;
 
@@ -15,15 +15,15 @@ pub struct Stream {
     pub spec: StreamSpec,
     /// Red, green, blue, 0 to 1.
     pub color: [f64; 3],
-    /// One value for each time of the graph; NaN where none was given.
+    /// One value for each time of the graph; NaN if it is missing.
     pub values: VecDeque<f64>,
     /// The value set by a script since the last sample.
     pub given: Option<f64>,
-    /// Time and number of the previous sample.
+    /// Time and untransformed value of the previous sample.
     before: Option<(f64, f64)>,
     /// Integral or sum so far.
     sum: f64,
-    /// The samples to be averaged, newest last.
+    /// The transformed values to be averaged, newest last.
     window: VecDeque<f64>,
 }
 
@@ -47,7 +47,7 @@ impl Stream {
         let (spec, color) = (std::mem::take(&mut self.spec), self.color);
         *self = Stream { color, ..Stream::new(self.id, spec, color, 0) };
     }
-    /// Adds a sample; `number` is `None` if it is missing.
+    /// Adds a sample; `number` is `None` if the value is missing.
     pub fn take(&mut self, time: f64, number: Option<f64>) {
         let value = number.filter(|x| x.is_finite()).and_then(|x| self.transformed(time, x));
         self.values.push_back(value.unwrap_or(f64::NAN));
@@ -107,7 +107,7 @@ mod tests {
         // The integral of 3 t is 1.5 t^2, for which the trapezoidal rule is exact.
         assert_eq!(made(Transform::Integral, 1.0, 0.0, 1, line), [0.0, 0.375, 1.5, 3.375, 6.0]);
         assert_eq!(made(Transform::Cumulative, 1.0, 0.0, 1, line), [0.0, 1.5, 4.5, 9.0, 15.0]);
-        // Means of 0; 0, 1.5; 0, 1.5, 3; 1.5, 3, 4.5; 3, 4.5, 6.
+        // The means of (0), (0, 1.5), (0, 1.5, 3), (1.5, 3, 4.5) and (3, 4.5, 6).
         assert_eq!(made(Transform::Raw, 1.0, 0.0, 3, line), [0.0, 0.75, 1.5, 3.0, 4.5]);
     }
 

@@ -1,31 +1,32 @@
-//! Reading of maps with a fixed set of keys.
+//! Maps with a fixed set of keys.
 
 use tatu_errors::{Refusal, nearest};
 use tatu_plugin_api::{abi::*, safe::Value};
 
-/// A map whose keys are known.
+/// A map whose keys have been checked against a list.
 pub struct Keys<'a> {
     what: &'static str,
     entries: &'a [(Value, Value)],
 }
 
 impl<'a> Keys<'a> {
-    /// Wraps a map. Refuses other values and unknown keys; the message names the nearest key.
+    /// Wraps a map; `what` names it in messages. Fails for other values, and for unknown keys with a suggestion of the
+    /// nearest known key.
     pub fn new(what: &'static str, value: &'a Value, known: &[&str]) -> Result<Self, Refusal> {
         let Value::Map(entries) = value else {
             return Err(Refusal(TATU_ERR_ARGUMENT, format!("{what} must be a table: {}", known.join(", "))));
         };
         for (key, _) in entries {
             let Value::Text(key) = key else {
-                return Err(Refusal(TATU_ERR_ARGUMENT, format!("{what}: its keys must be texts")));
+                return Err(Refusal(TATU_ERR_ARGUMENT, format!("the keys of {what} must be texts")));
             };
             let key = String::from_utf8_lossy(key);
             if !known.contains(&key.as_ref()) {
                 let hint =
-                    nearest(&key, known.iter().copied()).map_or(String::new(), |n| format!(": did you mean `{n}`?"));
+                    nearest(&key, known.iter().copied()).map_or(".".into(), |n| format!(": did you mean `{n}`?"));
                 return Err(Refusal(
                     TATU_ERR_ARGUMENT,
-                    format!("{what} has no key `{key}`{hint} It has {}", known.join(", ")),
+                    format!("{what} has no key `{key}`{hint} Its keys are {}", known.join(", ")),
                 ));
             }
         }
@@ -34,11 +35,11 @@ impl<'a> Keys<'a> {
     fn find(&self, key: &str) -> Option<&'a Value> {
         self.entries.iter().find(|(k, _)| matches!(k, Value::Text(t) if t == key.as_bytes())).map(|(_, v)| v)
     }
-    /// Returns the error for a value of the wrong type.
+    /// Returns an error for a value other than the expected one.
     pub fn wrong<T>(&self, key: &str, expected: &str) -> Result<T, Refusal> {
         Err(Refusal(TATU_ERR_ARGUMENT, format!("{}: `{key}` must be {expected}", self.what)))
     }
-    /// Returns a text, which is empty if the key is missing.
+    /// Returns a string, which is empty if the key is missing.
     pub fn text(&self, key: &str) -> Result<String, Refusal> {
         match self.find(key) {
             None | Some(Value::Nil) => Ok(String::new()),
@@ -63,7 +64,7 @@ impl<'a> Keys<'a> {
             Some(_) => self.wrong(key, &format!("a whole number from {} to {}", range.start(), range.end())),
         }
     }
-    /// Returns a list of non-empty texts, which is empty if the key is missing.
+    /// Returns a list of non-empty strings; the list is empty if the key is missing.
     pub fn texts(&self, key: &str) -> Result<Vec<String>, Refusal> {
         let text = |v: &Value| match v {
             Value::Text(t) if !t.is_empty() => String::from_utf8(t.clone()).ok(),
@@ -77,7 +78,7 @@ impl<'a> Keys<'a> {
             Some(_) => self.wrong(key, "a list of texts"),
         }
     }
-    /// Returns a list of finite numbers, which is empty if the key is missing.
+    /// Returns a list of finite numbers; the list is empty if the key is missing.
     pub fn numbers(&self, key: &str) -> Result<Vec<f64>, Refusal> {
         match self.find(key) {
             None | Some(Value::Nil) => Ok(Vec::new()),
@@ -102,7 +103,7 @@ impl<'a> Keys<'a> {
             Some(_) => self.wrong(key, "true or false"),
         }
     }
-    /// Returns a boolean or a list of such, if the key exists.
+    /// Returns a list of booleans, or a single boolean as a list, if the key exists.
     pub fn flags(&self, key: &str) -> Result<Option<Vec<bool>>, Refusal> {
         let flag = |v: &Value| if let Value::Bool(b) = v { Some(*b) } else { None };
         match self.find(key) {
@@ -110,7 +111,7 @@ impl<'a> Keys<'a> {
             Some(Value::Bool(b)) => Ok(Some(vec![*b])),
             Some(Value::List(all)) => {
                 let all = all.iter().map(flag).collect::<Option<_>>();
-                all.map_or_else(|| self.wrong(key, "true or false, each"), |all| Ok(Some(all)))
+                all.map_or_else(|| self.wrong(key, "a list of true or false"), |all| Ok(Some(all)))
             }
             Some(_) => self.wrong(key, "true or false"),
         }
@@ -125,7 +126,7 @@ impl<'a> Keys<'a> {
             Some(_) => self.wrong(key, "red, green and blue, each from 0 to 1"),
         }
     }
-    /// Returns a text (as `Err`) or a number, or `None` if the key is missing.
+    /// Returns a string (as `Err`) or a number (as `Ok`), or `None` if the key is missing.
     pub fn text_or_number(&self, key: &str) -> Result<Option<Result<f64, String>>, Refusal> {
         match self.find(key) {
             None | Some(Value::Nil) => Ok(None),

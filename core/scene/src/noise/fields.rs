@@ -1,4 +1,4 @@
-//! The fields that names refer to: their shape, and the value that means "nothing".
+//! Lookup of fields by name, with their shapes and the values that mean "nothing".
 
 use tatu_errors::Error;
 use tatu_plugin_api::abi::*;
@@ -14,9 +14,9 @@ pub struct Meant<'k> {
     pub info: &'k FieldInfo,
     /// Number of components per row: the innermost dimension, if it is declared as a fixed number.
     pub components: usize,
-    /// The value that means "nothing", one number or one per component; `None`: there is no such value.
+    /// The value that means "nothing", one number or one per component; `None` if there is no such value.
     pub nothing: Option<Vec<f64>>,
-    /// The field that is 0 where this one has no value, if its schema names one.
+    /// Index of the field that is 0 where this one has no value, if its schema names one.
     pub valid: Option<usize>,
 }
 
@@ -42,7 +42,7 @@ pub fn meant<'k>(kind: &'k SensorKind, name: &str) -> Result<Meant<'k>, Wrong> {
         }
         several => {
             let all: Vec<&str> = several.iter().map(|i| kind.fields[*i].name.as_str()).collect();
-            Err(wrong(format!("`{name}` may mean {}: write its full name in quotes", all.join(" or "))))
+            Err(wrong(format!("`{name}` may mean {}: write the full name in quotes", all.join(" or "))))
         }
     }
 }
@@ -51,7 +51,7 @@ pub fn meant<'k>(kind: &'k SensorKind, name: &str) -> Result<Meant<'k>, Wrong> {
 pub fn of(kind: &SensorKind, index: usize) -> Result<Meant<'_>, Wrong> {
     let info = &kind.fields[index];
     if info.elem == TATU_ELEM_OBJECT {
-        return Err(wrong(format!("`{}` holds objects; noise is for numbers", info.name)));
+        return Err(wrong(format!("`{}` holds objects, but noise applies only to numbers", info.name)));
     }
     let shape = shape(info);
     let components = match shape.last() {
@@ -65,7 +65,7 @@ pub fn of(kind: &SensorKind, index: usize) -> Result<Meant<'_>, Wrong> {
     Ok(Meant { index, info, components, nothing: nothing(info, declared, components), valid })
 }
 
-/// Returns the declared shape without trailing ones.
+/// Returns the declared shape without trailing dimensions of 1.
 fn shape(info: &FieldInfo) -> &[u32] {
     let n = info.dims.iter().rposition(|d| *d != 1).map_or(0, |i| i + 1);
     &info.dims[..n]
@@ -82,7 +82,7 @@ fn nothing(info: &FieldInfo, declared: Option<&schemas::SchemaField>, components
 }
 
 impl Meant<'_> {
-    /// Checks that a different field has an element for each element of this one.
+    /// Checks that another field has one element for each element of this one.
     pub fn same_shape(&self, other: &Meant<'_>) -> Result<(), Wrong> {
         if shape(self.info) == shape(other.info) {
             return Ok(());
@@ -90,17 +90,17 @@ impl Meant<'_> {
         Err(wrong(format!("`{}` differs in shape from `{}`", other.info.name, self.info.name)))
     }
 
-    /// Checks that a different field can mark valid elements of this one: one mark per element, per row, or for all.
+    /// Checks that another field can mark valid elements of this one, by one mark per element, per row, or for all.
     pub fn is_valid_by(&self, other: &Meant<'_>) -> Result<(), Wrong> {
         if other.info.name == self.info.name {
-            return Err(wrong("`valid` names the field itself"));
+            return Err(wrong("`valid` names the field itself, but must name another field"));
         }
         if shape(self.info).starts_with(shape(other.info)) {
             return Ok(());
         }
         let (this, other) = (&self.info.name, &other.info.name);
         Err(wrong(format!(
-            "`{other}` cannot mark valid elements of `{this}`: its shape is neither the same nor a leading part of it"
+            "`{other}` cannot mark valid elements of `{this}`: its shape must be the same, or leading dimensions of it"
         )))
     }
 }

@@ -1,6 +1,6 @@
 //! Noise of sensors as declared in a scene, by field name.
 //!
-//! - `spec`: declarations, and their TOML form; `wrong`: errors in them;
+//! - `spec`: declarations, and their TOML form; `wrong`: errors in declarations;
 //! - `fields`: the fields that names refer to, and the values that mean "nothing".
 
 mod fields;

@@ -15,25 +15,24 @@ use super::{
 /// The noise of a sensor.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct NoiseSpec {
-    /// Age of the reading that readers see, s; `None`: not declared.
+    /// Age of the reading that scripts and other readers see, s; `None` if not declared.
     pub latency: Option<f64>,
     /// Noise by full field name. An empty entry removes the noise that a preset declares for the field.
     pub fields: BTreeMap<String, FieldNoise>,
-    /// Whether it declares that there is no noise.
+    /// Whether the declaration states that there is no noise.
     pub none: bool,
 }
 
 /// The noise of one field, in the field's unit.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct FieldNoise {
-    /// Standard deviation of white noise: polynomial coefficients from the constant on; one list for all components, or
-    /// one per component.
+    /// Standard deviation of white noise, as coefficients of a polynomial in ascending order: one list for all
+    /// components, or one per component.
     pub sigma: Vec<Vec<f64>>,
-    /// Spectral density of white noise, per square root of Hz: its standard deviation is this times the square root of
-    /// the rate at which the sensor measures. Here and below, there is one number for all components, or one per
-    /// component.
+    /// Spectral density of white noise, per square root of Hz: the standard deviation is this times the square root of
+    /// the measurement rate. Here and below, there is one number for all components, or one per component.
     pub density: Vec<f64>,
-    /// The field that is the variable of the polynomial; `None`: the value itself.
+    /// The field that is the variable of the polynomial; if `None`, the value itself.
     pub of: Option<String>,
     /// Half width of uniform noise.
     pub uniform: Vec<f64>,
@@ -43,11 +42,11 @@ pub struct FieldNoise {
     pub shift_sigma: Vec<f64>,
     /// A slowly varying bias.
     pub walk: Option<Walk>,
-    /// Standard deviation that a bias gains per square root of a second, from 0 on: a random walk without bound.
+    /// Standard deviation, per square root of a second, of an unbounded random walk that starts at 0.
     pub random_walk: Vec<f64>,
-    /// Values are rounded to multiples of this.
+    /// Resolution: values are rounded to multiples of it.
     pub step: Vec<f64>,
-    /// Inverses of values are rounded to multiples of this.
+    /// Resolution of the inverse: inverses of values are rounded to multiples of it.
     pub inverse_step: Vec<f64>,
     /// Probability that an element is lost.
     pub dropout: f64,
@@ -55,9 +54,9 @@ pub struct FieldNoise {
     pub valid: Option<String>,
     /// Rare, large errors.
     pub outliers: Option<Outliers>,
-    /// Minimum and maximum value; elements beyond are lost.
+    /// Minimum and maximum value; elements outside the range are lost.
     pub limits: Option<[f64; 2]>,
-    /// Minimum and maximum value; elements beyond get the nearer of the two, as of a device that saturates.
+    /// Minimum and maximum value; elements are clamped to the range, as in a device that saturates.
     pub clamp: Option<[f64; 2]>,
 }
 
@@ -107,8 +106,8 @@ const OUTLIERS: &[&str] = &["probability", "sigma", "uniform"];
 const LONGEST: f64 = 10.0;
 
 impl NoiseSpec {
-    /// Parses a table in TOML form, or `none`. If the kind is given, field names may be short, and everything is
-    /// checked against the kind.
+    /// Parses the text of a TOML table, or `none`. If the kind is given, field names may be short, and the declaration
+    /// is checked against the kind.
     pub fn parse(text: &str, kind: Option<&SensorKind>) -> Read<Self> {
         if matches!(text.trim(), "" | "none") {
             return Ok(NoiseSpec { none: true, ..Default::default() });
@@ -136,7 +135,7 @@ impl NoiseSpec {
         }
     }
 
-    /// Reads a table. An empty one declares that there is no noise.
+    /// Reads a table. An empty table declares that there is no noise.
     pub fn read(table: &dyn TableLike, kind: Option<&SensorKind>) -> Read<Self> {
         let mut spec = NoiseSpec { none: table.is_empty(), ..Default::default() };
         for (key, item) in table.iter() {
@@ -150,7 +149,7 @@ impl NoiseSpec {
                 let error = Error::new("E101", format!("unknown key `{key}` of `noise`")).expected(known);
                 return Err(Wrong { error: error.nearest(key, ["latency_s"]), span: at });
             };
-            // `[noise.range_scan.distance]`, without quotes around the field name.
+            // In `[noise.range_scan.distance]`, without quotes, the key is a schema and contains fields.
             let schema = format!("{key}.");
             // A field may have the name of its schema: `pressure.pressure`.
             let is_field = |k: &SensorKind| {
@@ -269,14 +268,14 @@ impl FieldNoise {
                         let probability = number("probability", required(t, key, "probability")?, 0.0, 1.0)
                             .map_err(|e| e.or(&span(t, "probability")))?;
                         if sigma.is_empty() && uniform.is_empty() {
-                            return Err(wrong("`outliers` without `sigma` or `uniform`, which set their size"));
+                            return Err(wrong("`outliers` has no `sigma` or `uniform`, the size of the errors"));
                         }
                         n.outliers = Some(Outliers { probability, sigma, uniform });
                     }
                     "limits" => n.limits = Some(limits(key, item)?),
                     "clamp" => n.clamp = Some(limits(key, item)?),
                     _ => {
-                        let error = Error::new("E101", format!("unknown key `{key}` of the noise of a field"));
+                        let error = Error::new("E101", format!("unknown key `{key}` in the noise of a field"));
                         let error = error.expected(KEYS.join(", ")).nearest(key, KEYS.iter().copied());
                         return Err(Wrong { error, span: at.clone() });
                     }
@@ -286,7 +285,7 @@ impl FieldNoise {
             read().map_err(|w| w.or(&item.span().or_else(|| at.clone())))?;
         }
         if n.of.is_some() && n.sigma.is_empty() {
-            return Err(wrong("`of` without `sigma`, the polynomial in it").or(&span(table, "of")));
+            return Err(wrong("`of` requires `sigma`, the polynomial in that field").or(&span(table, "of")));
         }
         if let Some((_, this)) = &of
             && n.loses()
@@ -369,7 +368,7 @@ fn number(key: &str, item: &Item, least: f64, greatest: f64) -> Read<f64> {
     found.filter(|x| (least..=greatest).contains(x)).ok_or_else(|| wrong(format!("`{key}`: expected {expected}")))
 }
 
-/// Reads one number for all components, or one per component.
+/// Reads one number for all components, or a list with one number per component.
 fn each(key: &str, item: &Item, components: Option<usize>, least: f64) -> Read<Vec<f64>> {
     let Some(array) = item.as_array() else { return Ok(vec![number(key, item, least, f64::MAX)?]) };
     let numbers: Option<Vec<f64>> = array.iter().map(|v| float(v).filter(|x| x.is_finite() && *x >= least)).collect();
@@ -384,7 +383,7 @@ fn count(key: &str, n: usize, components: Option<usize>) -> Read<()> {
         Some(c) if n != c && n != 1 => {
             Err(wrong(format!("`{key}`: expected one number, or {c}: one for each component; found {n}")))
         }
-        None if n == 0 => Err(wrong(format!("`{key}`: an empty list"))),
+        None if n == 0 => Err(wrong(format!("`{key}`: expected at least one number, found an empty list"))),
         _ => Ok(()),
     }
 }
@@ -409,7 +408,7 @@ fn limits(key: &str, item: &Item) -> Read<[f64; 2]> {
     let numbers: Option<Vec<f64>> = item.as_array().and_then(|a| a.iter().map(float).collect());
     match numbers.as_deref() {
         Some([low, high]) if low <= high => Ok([*low, *high]),
-        _ => Err(wrong(format!("`{key}`: expected the least and the greatest value"))),
+        _ => Err(wrong(format!("`{key}`: expected [lowest, highest] in ascending order"))),
     }
 }
 
@@ -431,7 +430,7 @@ fn part<'t>(key: &str, item: &'t Item, known: &[&str]) -> Read<&'t dyn TableLike
 
 fn required<'t>(table: &'t dyn TableLike, owner: &str, key: &str) -> Read<&'t Item> {
     table.get(key).ok_or_else(|| Wrong {
-        error: Error::new("E104", format!("`{owner}` without `{key}`")),
+        error: Error::new("E104", format!("`{owner}` has no `{key}`")),
         span: table.iter().next().and_then(|(k, _)| span(table, k)),
     })
 }

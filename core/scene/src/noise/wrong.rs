@@ -9,7 +9,7 @@ use tatu_errors::Error;
 pub struct Wrong {
     /// The error.
     pub error: Error,
-    /// Its position, bytes.
+    /// Byte range of the error in the text.
     pub span: Option<Range<usize>>,
 }
 

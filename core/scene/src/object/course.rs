@@ -1,8 +1,8 @@
-//! The course of a position target between scene steps.
+//! The trajectory of a position target between scene steps.
 
 use serde::{Deserialize, Serialize};
 
-/// The course of a position target, a uniform quadratic B-spline.
+/// The trajectory of a position target, a uniform quadratic B-spline.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Course {
     /// Control points: the targets of the last three scene steps, rad or m, newest last.
@@ -16,13 +16,13 @@ impl Course {
         Course { points: [target; 3], direct: false }
     }
 
-    /// Returns the course for the next scene step.
+    /// Returns the trajectory for the next scene step, whose newest control point is `target`.
     pub(crate) fn next(self, target: f64) -> Self {
         let [_, a, b] = self.points;
         if self.direct { Course::at(target) } else { Course { points: [a, b, target], direct: false } }
     }
 
-    /// Returns whether the target still moves.
+    /// Returns whether the target is still moving.
     pub fn under_way(&self) -> bool {
         let [a, b, c] = self.points;
         a != b || b != c

@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[allow(missing_docs, reason = "each is a property row with its sentence")]
 pub struct Follow {
-    /// Path of the leader; empty: none.
+    /// Path of the leader; empty if the joint follows no other joint.
     pub master: String,
     pub factor: f64,
     pub offset: f64,
@@ -21,7 +21,7 @@ impl Default for Follow {
 }
 
 impl Follow {
-    /// Returns the follower's position for a position of the leader.
+    /// Returns the follower's position for a position of the leader, from the curve if there is one.
     pub(crate) fn position(&self, position: f64) -> f64 {
         let (pairs, _) = self.curve.as_chunks::<2>();
         let (Some([x0, y0]), Some([_, y1])) = (pairs.first(), pairs.last()) else {
@@ -40,7 +40,8 @@ impl Follow {
     }
 }
 
-/// Returns whether numbers are pairs with ascending first numbers. An empty list is valid and means no curve.
+/// Returns whether values form a curve: at least two pairs, with strictly ascending first values. An empty list is
+/// valid and means that there is no curve.
 pub(crate) fn is_curve(v: &[f64]) -> bool {
     let (pairs, rest) = v.as_chunks::<2>();
     rest.is_empty() && pairs.len() != 1 && pairs.windows(2).all(|p| p[0][0] < p[1][0])

@@ -1,14 +1,15 @@
-//! Force sensors: they rigidly connect their children to their parent, measure the load, and break if it is too high.
+//! Force sensors: rigid connections between a parent and its children that measure the load and break if it is too
+//! high.
 
 use std::collections::VecDeque;
 
 use serde::{Deserialize, Serialize};
 use tatu_physics::JointId;
 
-/// Maximum number of values of a filter.
+/// Maximum number of values in a filter.
 pub const MOST_SAMPLES: usize = 1000;
 
-/// A force sensor. Forces in N, torques in N m, in its own frame.
+/// A force sensor. Forces are in N and torques in N m, in the sensor's frame.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[allow(missing_docs, reason = "each is a property row with its sentence")]
 pub struct ForceSensor {
@@ -20,13 +21,13 @@ pub struct ForceSensor {
     pub break_torque: f64,
     pub break_count: u32,
     pub broken: bool,
-    /// Whether it has measured since the start.
+    /// Whether the sensor has measured since the start of the run.
     pub measured: bool,
-    /// Number of consecutive values above a threshold.
+    /// Number of consecutive filtered values above a threshold.
     over: u32,
-    /// The latest values, force and torque.
+    /// The latest unfiltered values: force and torque.
     last: VecDeque<[f64; 6]>,
-    /// Its id in the engine, if it connects two bodies there.
+    /// Id of its joint in the engine, if it connects two bodies.
     pub id: Option<JointId>,
 }
 
@@ -50,7 +51,7 @@ impl Default for ForceSensor {
 }
 
 impl ForceSensor {
-    /// Processes the value of an engine step; returns whether the sensor breaks.
+    /// Processes the force (N) and torque (N m) of an engine step; returns whether the sensor breaks.
     pub(crate) fn take(&mut self, value: [f64; 6]) -> bool {
         self.last.push_back(value);
         while self.last.len() > self.samples {

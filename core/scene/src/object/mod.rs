@@ -29,27 +29,27 @@ pub use views::{Camera, LIGHT_FORMS, Light, LightForm, Path};
 #[derive(Debug, Clone, Serialize, Deserialize)]
 #[repr(C)]
 pub struct Object {
-    /// Properties of its kind.
+    /// Properties specific to the kind of the object.
     pub data: Data,
-    /// Name among its siblings.
+    /// Name of the object in paths; siblings may share it.
     pub(crate) alias: String,
     /// Number of its unique name: -1 for `alias`, n for `alias#n`.
     pub(crate) suffix: i32,
-    /// Slot of the parent; 0: the world.
+    /// Slot of the parent, or 0 for the world.
     pub parent: u32,
     /// Slots of the children, in order.
     pub children: Vec<u32>,
-    /// Unique for the lifetime of the scene, in order of creation.
+    /// Number that is unique for the lifetime of the scene, in order of creation.
     pub uid: u64,
-    /// Incremented when its counterpart in the engine must be recreated.
+    /// Version, incremented when the object's counterpart in the engine must be recreated.
     pub version: u64,
-    /// Whether it is visible in pictures.
+    /// Whether the object is visible in pictures, on a shown layer.
     pub visible: bool,
     /// Layers, one bit each.
     pub layer: u32,
     /// Custom data, by tag.
     pub notes: BTreeMap<Vec<u8>, Vec<u8>>,
-    /// The drive of the robot whose base it is.
+    /// The drive of the robot, if the object is the base of one.
     pub drive: Option<Box<Drive>>,
 }
 
@@ -68,7 +68,7 @@ pub enum Data {
     Actuator(ActuatorData),
     /// A rigid connection between its parent and its children that measures their load.
     ForceSensor(Box<ForceSensor>),
-    /// Records numbers over time.
+    /// A graph, which records values over time.
     Graph(Box<GraphSpec>),
     /// A script; it belongs to its parent but is not among its children.
     Script,
@@ -97,7 +97,7 @@ impl Object {
             Data::Path(_) => TATU_KIND_PATH,
         }
     }
-    /// Returns the object's name among its siblings; [`Scene::set_name`](crate::Scene::set_name) changes it.
+    /// Returns the object's name in paths; [`Scene::set_name`](crate::Scene::set_name) changes it.
     pub fn alias(&self) -> &str {
         &self.alias
     }
@@ -153,7 +153,7 @@ impl Primitive {
 pub struct ShapePart {
     /// Its form.
     pub primitive: Primitive,
-    /// Full extents.
+    /// Full extents, m.
     pub size: Vector3<f64>,
     /// Pose in the shape's frame.
     pub pose: Isometry3<f64>,
@@ -168,7 +168,7 @@ pub struct ShapePart {
     /// The mesh with this number; not stored in snapshots.
     #[serde(skip)]
     pub mesh: Option<Arc<Mesh>>,
-    /// Whether the convex hull of the mesh is used.
+    /// Whether the convex hull of the mesh replaces the mesh.
     pub convex: bool,
 }
 
@@ -176,13 +176,13 @@ pub struct ShapePart {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub struct Body(pub Option<BodyId>);
 
-/// A solid.
+/// The properties of a shape, a solid.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 #[allow(missing_docs, reason = "each is a property row with its sentence")]
 pub struct Shape {
     pub primitive: Primitive,
     pub size: Vector3<f64>,
-    /// Not stored in snapshots, which contain the number of the document's mesh instead.
+    /// The mesh. Snapshots do not contain it, but the number of the mesh in the document.
     #[serde(skip)]
     pub mesh: Option<Arc<Mesh>>,
     pub convex: bool,
@@ -197,21 +197,21 @@ pub struct Shape {
     pub mask: u16,
     pub friction: f64,
     pub restitution: f64,
-    /// `None`: determined by its form.
+    /// Whether beams detect the shape; if `None`, this depends on the form.
     pub detectable: Option<bool>,
-    /// The solver for the joints of the mechanism that begins with this shape.
+    /// The solver for the joints of the mechanism whose root is this shape.
     pub joint_solver: JointSolver,
     /// Whether continuous collision detection also applies to moving bodies.
     pub bullet: bool,
     /// Initial velocity of the centre of mass, m/s, and angular velocity, rad/s, in the world frame.
     pub initial_velocity: Vector3<f64>,
     pub initial_angular_velocity: Vector3<f64>,
-    /// Rates at which it loses velocity and angular velocity, 1/s.
+    /// Damping rates of velocity and angular velocity, 1/s.
     pub damping: [f64; 2],
-    /// Its material number is used by the engine only.
+    /// Surface friction. Its material number is set only when it is passed to the engine.
     pub surface: Surface,
     pub material: String,
-    /// The kinds of beams that see it, if it is detectable.
+    /// Bit mask of the kinds of beams that detect the shape, if it is detectable.
     pub detectable_mask: u16,
     pub collide_as: Option<Primitive>,
     pub collide_size: Vector3<f64>,
@@ -253,11 +253,11 @@ impl Default for Shape {
 }
 
 impl Shape {
-    /// Returns the images on the shape and on its parts.
+    /// Returns the textures of the shape and of its parts.
     pub fn textures(&self) -> impl Iterator<Item = &ShapeTexture> {
         self.texture.iter().chain(self.parts.iter().filter_map(|p| p.texture.as_ref()))
     }
-    /// Returns the images on the shape and on its parts, to be changed.
+    /// Returns mutable references to the textures of the shape and of its parts.
     pub fn textures_mut(&mut self) -> impl Iterator<Item = &mut ShapeTexture> {
         self.texture.iter_mut().chain(self.parts.iter_mut().filter_map(|p| p.texture.as_mut()))
     }
@@ -270,11 +270,12 @@ impl Object {
     }
 }
 
-/// The lower eight of the sixteen layers are shown; objects on the others are hidden.
+/// Bit mask of the layers that are shown: the lower eight of sixteen.
 const SHOWN_LAYERS: u32 = 0xFF;
 
 impl Shape {
-    /// Returns whether beams see the shape. Planes, which are mostly floors, are not seen unless the scene requests it.
+    /// Returns whether beams detect the shape. Planes, which are mostly floors, are not detected unless the scene
+    /// requests it.
     pub fn is_detectable(&self) -> bool {
         self.detectable.unwrap_or(self.primitive != Primitive::Plane)
     }
@@ -343,7 +344,8 @@ pub enum Control {
     Spring,
 }
 
-/// A joint, in rad and N m or in m and N. The data that changes in each step fits in one cache line.
+/// A joint. Units are rad and N m, or m and N if it is prismatic. The data that changes in each step fits in one cache
+/// line.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 #[allow(missing_docs, reason = "each is a property row with its sentence")]
 #[repr(C, align(64))]
@@ -356,7 +358,7 @@ pub struct Joint {
     pub target_velocity: f64,
     pub max_force: f64,
     pub slip: f64,
-    /// Its id in the engine, if it connects two bodies there.
+    /// Id of its joint in the engine, if it connects two bodies.
     pub id: Option<JointId>,
     pub kind: JointType,
     pub dynamic: bool,
@@ -365,14 +367,15 @@ pub struct Joint {
     pub max_velocity: f64,
     pub limits: Option<(f64, f64)>,
     pub follow: Follow,
-    /// Gains P, I and D of its position controller.
+    /// Gains P, I and D of the position controller; if `None`, the default controller is used.
     pub gains: Option<[f64; 3]>,
-    /// Translation along its axis per turn if it is a screw, m.
+    /// Translation along the axis per turn, m, if the joint is a screw; otherwise 0.
     pub lead: f64,
-    /// Damping, dry friction, armature and spring.
+    /// Passive properties: damping, dry friction, armature and spring.
     pub passive: Passive,
     pub smooth_target: bool,
-    /// The course of the position target between scene steps; `None`: there is no target, or it is applied at once.
+    /// The trajectory of the position target between scene steps; `None` if there is no target, or if it is applied at
+    /// once.
     pub course: Option<Course>,
 }
 
@@ -425,27 +428,27 @@ impl Joint {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[repr(C)]
 pub struct SensorData {
-    /// Noise applied to its fields after each measurement.
+    /// Noise that is added to the fields of each measurement.
     pub noise: Option<Arc<NoiseSpec>>,
-    /// Rate, Hz; 0: it measures in each step.
+    /// Measurement rate, Hz; 0 stands for each step.
     pub rate: f64,
     /// Index of its kind in the registry.
     pub kind: usize,
     /// The preset that was last set.
     pub preset: Box<str>,
-    /// Whether it measures only on request.
+    /// Whether the sensor measures only on request.
     pub explicit: bool,
-    /// The objects that it sees; `None`: all.
+    /// The objects that the sensor detects; if `None`, all objects.
     pub view: Option<Arc<SensorTargets>>,
 }
 
-/// The objects that a sensor sees, by paths relative to the sensor. Each path includes all descendants of its object;
-/// for nested ones, the nearest ancestor decides.
+/// The objects that a sensor detects, by paths relative to the sensor. Each path includes all descendants of its
+/// object; if paths are nested, the innermost one takes precedence.
 #[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct SensorTargets {
-    /// Objects that it sees; empty: all.
+    /// Paths of the objects that are detected; if empty, all objects.
     pub targets: Vec<String>,
-    /// Objects that it does not see.
+    /// Paths of the objects that are not detected.
     pub ignored: Vec<String>,
 }
 
@@ -461,6 +464,6 @@ impl SensorData {
 pub struct ActuatorData {
     /// Index of its kind in the registry.
     pub kind: usize,
-    /// Its commands, one number for each that its kind declares. They change during a run, and a stop resets them.
+    /// Current values of the commands that its kind declares. They change during a run, and a stop resets them.
     pub commands: Vec<f64>,
 }

@@ -1,4 +1,4 @@
-//! Cameras, lights and paths: objects for views and scripts, which physics and sensors ignore.
+//! Cameras, lights and paths: objects for views and scripts that physics and sensors ignore.
 
 use serde::{Deserialize, Serialize};
 

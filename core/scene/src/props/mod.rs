@@ -1,4 +1,4 @@
-//! Reading and setting the core's property rows on live objects: `set` sets rows, `values` converts lists and maps,
+//! Reads and sets the core's property rows on live objects: `set` sets rows, `values` converts lists and maps, and
 //! `views` handles cameras, lights and paths; `changed`: effects of a change.
 
 mod changed;
@@ -25,14 +25,13 @@ pub use values::{notes, notes_value, part_images, part_meshes};
 
 fn lacks<T>(scene: &Scene, slot: u32, row: Row) -> Result<T, Refusal> {
     let kind = scene.get(slot).map_or("nothing", |o| kind_name(o.kind()));
-    let what = match row.info().of {
-        Of::Kind(k) => kind_name(k),
-        _ => "object",
+    let owners = match row.info().of {
+        Of::Kind(k) => format!("objects of kind `{}`", kind_name(k)),
+        _ => "other objects".to_owned(),
     };
-    refuse(
-        TATU_ERR_ARGUMENT,
-        format!("object {slot} `{}` is a {kind}; `{}` belongs to a {what}", scene.path(slot), row.info().key),
-    )
+    let key = row.info().key;
+    let text = format!("object {slot} `{}` is of kind `{kind}`; `{key}` is a property of {owners}", scene.path(slot));
+    refuse(TATU_ERR_ARGUMENT, text)
 }
 
 /// Reads a row of an object.
@@ -163,7 +162,8 @@ fn get_shape(s: &Shape, row: Row) -> Option<Value> {
     })
 }
 
-/// Reads the numbers of a row into `out`. Returns their number, or `None` if the row has none or they do not fit.
+/// Reads a numeric row into `out`. Returns the number of values, or `None` if the row is not numeric or the values do
+/// not fit.
 pub fn numbers(scene: &Scene, slot: u32, row: Row, out: &mut [f64]) -> Option<usize> {
     fn put(out: &mut [f64], from: &[f64]) -> Option<usize> {
         out.get_mut(..from.len())?.copy_from_slice(from);

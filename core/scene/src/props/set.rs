@@ -1,4 +1,4 @@
-//! Setting property rows.
+//! Sets property rows of live objects.
 
 use std::sync::Arc;
 
@@ -229,7 +229,7 @@ pub fn set(scene: &mut Scene, slot: u32, row: Row, value: &Value) -> Result<Chan
         Row::Visible | Row::Layer => scene.seen_version += 1,
         Row::Color => scene.color_version += 1,
         Row::Explicit | Row::Rate | Row::Noise | Row::SensorTargets | Row::SensorIgnored => scene.sensor_version += 1,
-        // the solver of a mechanism depends on whether its surfaces are special
+        // The solver of a mechanism depends on whether its surfaces are special.
         Row::FrictionAxis | Row::RollingFriction | Row::SpinningFriction
             if has_special_surface(scene, slot) != special =>
         {
@@ -247,7 +247,7 @@ pub fn set(scene: &mut Scene, slot: u32, row: Row, value: &Value) -> Result<Chan
     }
 }
 
-/// Sizes of shapes, m. Beyond these the physics engine's search for contacts fails.
+/// Permitted sizes of shapes, m. Outside this range, the collision detection of the physics engine fails.
 const SIZES: std::ops::RangeInclusive<f64> = 1e-9..=1e9;
 
 fn set_shape(s: &mut Shape, row: Row, value: &Value, text: &str) -> Result<Option<Changed>, Refusal> {
@@ -360,7 +360,7 @@ fn set_force_sensor(f: &mut ForceSensor, row: Row, value: &Value, text: &str) ->
         (Row::ForceFilter, _) => f.median = text == "median",
         (Row::ForceSamples, Value::Int(n)) if (1..=MOST_SAMPLES_OF_FORCE as i64).contains(n) => f.samples = *n as usize,
         (Row::ForceSamples, _) => {
-            return refuse(TATU_ERR_ARGUMENT, format!("a filter takes 1 to {MOST_SAMPLES_OF_FORCE} values"));
+            return refuse(TATU_ERR_ARGUMENT, format!("a filter must have 1 to {MOST_SAMPLES_OF_FORCE} values"));
         }
         (Row::BreakForce, Value::Float(x)) if *x >= 0.0 => f.break_force = *x,
         (Row::BreakTorque, Value::Float(x)) if *x >= 0.0 => f.break_torque = *x,
@@ -379,8 +379,8 @@ fn set_sensor(s: &mut SensorData, row: Row, value: &Value, text: String) -> Resu
     match (row, value) {
         (Row::Explicit, Value::Bool(b)) => s.explicit = *b,
         (Row::Rate, Value::Float(x)) if *x >= 0.0 && x.is_finite() => s.rate = *x,
-        (Row::Rate, _) => return refuse(TATU_ERR_ARGUMENT, "a rate must be at least 0 Hz; 0: in each step"),
-        // The caller, who knows the kind, applies the preset's settings.
+        (Row::Rate, _) => return refuse(TATU_ERR_ARGUMENT, "a rate must be at least 0 Hz; 0 means each step"),
+        // The caller, which knows the kind, applies the preset's settings.
         (Row::Preset, _) => s.preset = text.into(),
         (Row::Noise, _) => {
             let more = NoiseSpec::parse(&text, None).map_err(|w| Refusal(TATU_ERR_ARGUMENT, w.in_text(&text).text))?;
@@ -409,7 +409,7 @@ fn set_graph(g: &mut GraphSpec, row: Row, value: &Value) -> Result<Option<Change
         (Row::GraphExplicit, Value::Bool(b)) => g.explicit = *b,
         (Row::GraphBuffer, Value::Int(n)) if (1..=MOST_SAMPLES).contains(n) => g.buffer = *n as usize,
         (Row::GraphBuffer, _) => {
-            return refuse(TATU_ERR_ARGUMENT, format!("a graph keeps 1 to {MOST_SAMPLES} samples"));
+            return refuse(TATU_ERR_ARGUMENT, format!("a graph must store 1 to {MOST_SAMPLES} samples"));
         }
         (Row::GraphStreams, Value::List(all)) => {
             g.streams = all.iter().map(StreamSpec::from_value).collect::<Result<_, _>>()?;

@@ -13,7 +13,7 @@ use super::{
 };
 use crate::texture::ShapeTexture;
 
-/// Builds a mesh from lists: coordinates of points, indices of points, and for images the coordinates in them.
+/// Builds a mesh from lists: coordinates of points, indices of points, and optionally texture coordinates.
 pub fn surface(lists: &[Value]) -> Result<Mesh, Refusal> {
     let numbers = |v: Option<&Value>| -> Option<Vec<f64>> {
         match v? {
@@ -36,7 +36,7 @@ pub fn surface(lists: &[Value]) -> Result<Mesh, Refusal> {
     if places.iter().any(|i| !(0.0..count as f64).contains(i)) {
         return refuse(
             TATU_ERR_ARGUMENT,
-            format!("a triangle refers to a point that is not among the {count}, counted from 0"),
+            format!("a triangle refers to a point that does not exist: there are {count}, counted from 0"),
         );
     }
     let coordinates = match lists.get(2) {
@@ -46,7 +46,7 @@ pub fn surface(lists: &[Value]) -> Result<Mesh, Refusal> {
     if lists.len() > 2 && (coordinates.len() != 2 * count || !coordinates.iter().all(|x| x.is_finite())) {
         return refuse(
             TATU_ERR_ARGUMENT,
-            format!("coordinates of a surface must be two finite numbers for each of its {count} points"),
+            format!("texture coordinates of a surface must be two finite numbers for each of its {count} points"),
         );
     }
     Ok(Mesh {
@@ -59,13 +59,13 @@ pub fn surface(lists: &[Value]) -> Result<Mesh, Refusal> {
 /// Converts a map of texts to custom data.
 pub fn notes(value: &Value) -> Result<BTreeMap<Vec<u8>, Vec<u8>>, Refusal> {
     let Value::Map(pairs) = value else {
-        return refuse(TATU_ERR_ARGUMENT, "free data must be a map from tags to texts");
+        return refuse(TATU_ERR_ARGUMENT, "custom data must be a map from tags to texts");
     };
     pairs
         .iter()
         .map(|(k, v)| match (k, v) {
             (Value::Text(k) | Value::Bytes(k), Value::Text(v) | Value::Bytes(v)) => Ok((k.clone(), v.clone())),
-            _ => refuse(TATU_ERR_ARGUMENT, "free data must be a map from tags to texts"),
+            _ => refuse(TATU_ERR_ARGUMENT, "custom data must be a map from tags to texts"),
         })
         .collect()
 }
@@ -147,15 +147,15 @@ pub fn parse_part(value: &Value) -> Result<ShapePart, Refusal> {
                 return refuse(
                     TATU_ERR_ARGUMENT,
                     format!(
-                        "a part has no `{key}`; expected primitive, size, position, orientation, quaternion, color, texture, \
-                         friction, mesh, convex"
+                        "a part has no key `{key}`; expected primitive, size, position, orientation, quaternion, \
+                         color, texture, friction, mesh, convex"
                     ),
                 );
             }
         }
     }
     match part.primitive == Primitive::Mesh && part.mesh_number == 0 {
-        true => refuse(TATU_ERR_ARGUMENT, "a part of the form `mesh` lacks `mesh`"),
+        true => refuse(TATU_ERR_ARGUMENT, "a part with the primitive `mesh` must have `mesh`"),
         false => Ok(part),
     }
 }

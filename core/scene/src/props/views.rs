@@ -28,8 +28,9 @@ impl Camera {
             Row::CameraOrtho if x >= 0.0 => self.ortho_size = x,
             Row::CameraNear if x > 0.0 => self.near = x,
             Row::CameraFar if x > 0.0 => self.far = x,
-            Row::CameraOrtho | Row::CameraNear | Row::CameraFar => {
-                return refuse(TATU_ERR_ARGUMENT, "a length must be greater than 0");
+            Row::CameraOrtho => return refuse(TATU_ERR_ARGUMENT, "the orthographic size must not be negative"),
+            Row::CameraNear | Row::CameraFar => {
+                return refuse(TATU_ERR_ARGUMENT, "a clipping distance must be greater than 0");
             }
             _ => return Ok(None),
         }
@@ -64,7 +65,7 @@ impl Light {
             },
             (Row::LightAngle, Value::Float(x)) if *x > 0.0 && *x <= std::f64::consts::FRAC_PI_2 => self.angle = *x,
             (Row::LightAngle, _) => {
-                return refuse(TATU_ERR_ARGUMENT, "half the angle of a spot must be at most pi / 2");
+                return refuse(TATU_ERR_ARGUMENT, "half the angle of a spotlight must be above 0 and at most pi / 2");
             }
             _ => return Ok(None),
         }

@@ -100,11 +100,11 @@ unsafe extern "C" fn ticket(call: *mut tatu_call, out: *mut u64) -> tatu_status 
         Err(status) => return status,
     };
     if world.worker.is_some() || call.wait_token == 0 {
-        return say(call.error, TATU_ERR_BUSY, "a caller that cannot wait gets no ticket: call `wait` to say so");
+        return say(call.error, TATU_ERR_BUSY, "a caller that cannot wait gets no ticket: `wait` reports why");
     }
     let wakes = &world.run.calls.wakes;
     *out = match world.run.outside.replay.borrow().is_some() {
-        // No thread may be started: the log has the result.
+        // No thread may be started: the log contains the result.
         true => {
             wakes.next_of_replay();
             0
@@ -129,7 +129,7 @@ unsafe extern "C" fn woken(call: *mut tatu_call, out: *mut tatu_str) -> tatu_sta
     }
     let current = world.run.calls.wakes.current.borrow();
     let Some(current) = current.as_ref() else {
-        let text = "the result of the thread was lost: a snapshot does not hold threads";
+        let text = "the result of the thread was lost: a snapshot does not contain threads";
         return say(call.error, TATU_ERR_GONE, text);
     };
     let place = world.run.calls.arena.borrow_mut().alloc(current.len().max(1));
@@ -160,7 +160,7 @@ pub(crate) unsafe fn call_command(world: &WorldCell, frame: *mut tatu_call, resu
     let Some(level) = calls.enter() else {
         f.error = calls.error_at(calls.depth.get());
         let text = format!(
-            "{}: calls nest more than {} deep; the innermost caller is {}",
+            "{}: calls are nested more than {} deep; the innermost caller is {}",
             entry_name(entry, f.alias),
             crate::cell::MAX_DEPTH,
             world.caller_name()
@@ -313,7 +313,7 @@ fn check_args(world: &WorldCell, entry: &CommandEntry, f: &mut tatu_call, room: 
         f.args = room.as_ptr();
         return TATU_OK;
     }
-    // For old-style names, numbers are truncated, as when scripts were written for them.
+    // For old-style names, numbers are truncated, as in the versions for which such scripts were written.
     // SAFETY: the text is owned by the calling script's instance, which lives until the call has returned.
     let dialect = unsafe { bytes(f.caller_dialect) };
     let old = |n: &NameEntry| n.until.is_some() && !dialect.is_empty() && n.instead_of_error(dialect).is_some();
@@ -369,7 +369,8 @@ fn is_exact(p: &Declared, a: ValueRef<'_>) -> bool {
     a.tag() == p.kind && unbounded && (p.count == 0 || a.len() == p.count as usize) && p.keys.is_empty()
 }
 
-/// Returns whether a parameter is a table of options that may be omitted: the command then gets the defaults of its keys.
+/// Returns whether a parameter is a table of options that may be omitted: the command then receives the defaults of its
+/// keys.
 fn has_default_keys(p: &Declared) -> bool {
     p.kind == TATU_MAP
         && p.flags & MAY_LACK != 0

@@ -6,7 +6,7 @@ use tatu_plugin_api::{abi::*, safe::MAX_DEPTH};
 /// checked by their readers.
 pub(crate) fn check_results(f: &mut tatu_call) -> Result<(), String> {
     if f.n_results > f.results_cap {
-        return Err(format!("broke the contract: {} results where there is room for {}", f.n_results, f.results_cap));
+        return Err(format!("broke the contract: {} results, but room for only {}", f.n_results, f.results_cap));
     }
     for i in 0..f.n_results as usize {
         // SAFETY: `f.results` points to an array of `results_cap` values that lives during the call, and `i < n_results

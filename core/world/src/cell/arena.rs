@@ -1,4 +1,4 @@
-//! Memory of values that are being passed: a stack of chunks with stable addresses.
+//! Memory for values that are passed to and from plugins: a stack of chunks with stable addresses.
 //!
 //! Each block is followed by a guard word, which reveals that a plugin wrote past its end.
 //!

@@ -8,16 +8,16 @@ use super::WorldCell;
 /// Number of quick checks per full check, which takes system calls.
 const CHECKS: u32 = 64;
 
-/// Returns whether a call makes or ends an instance, for which worlds on several threads take turns.
+/// Returns whether a call creates or destroys an instance. Worlds on several threads take turns in such calls.
 #[inline]
 fn is_setup(call: Call) -> bool {
     matches!(call, Call::Create | Call::Destroy)
 }
 
 impl WorldCell {
-    /// Calls a function of a plugin on behalf of an object, or of none if `slot` is 0. Every call of a single function
-    /// goes through here: it is recorded for the watchdog, and the floating-point mode is restored after the outermost
-    /// one.
+    /// Calls a function of a plugin on behalf of an object, or of no object if `slot` is 0. Every call of a single
+    /// function goes through here: it is recorded for the watchdog, and the floating-point mode is restored after the
+    /// outermost one.
     ///
     /// Reading the mode takes about 10 ns, ten times as long as the record. Commands called by scripts are therefore
     /// checked one by one only after a change has been found.

@@ -1,7 +1,8 @@
 //! The folders in which scripts open files.
 //!
-//! Each folder is opened once, and files are opened relative to its handle, so neither `..`, a link nor a change of the
-//! working folder leads out of it. Only regular files are opened, never folders, pipes, devices or sockets.
+//! Each folder is opened once, and files are opened relative to its handle, so neither `..`, nor a link, nor a change
+//! of the working folder gives access to files outside it. Only regular files are opened, never folders, pipes, devices
+//! or sockets.
 
 use std::{
     cell::{OnceCell, RefCell},
@@ -43,8 +44,8 @@ pub(crate) struct Folders {
     scene: Option<Folder>,
     /// Used in place of the working folder.
     chosen: RefCell<Option<Folder>>,
-    /// Folders of scripts that are files of the document or of a model, each with the suffix of a script: scripts may read the
-    /// modules beside them.
+    /// Folders of scripts that are files of the document or of a model, each with the suffix of a script: scripts may
+    /// read the modules beside them.
     of_scripts: RefCell<Vec<(Rc<Folder>, OsString)>>,
 }
 
@@ -89,7 +90,7 @@ impl Folders {
     pub fn read_beside(&self, document: &Document) {
         let scripts = document.objects.iter().flat_map(|o| &o.scripts).map(|s| Path::new(&s.name));
         let mut all = self.of_scripts.borrow_mut();
-        // The name of a script that is no file is free text.
+        // The name of a script that is not a file is free text.
         for file in scripts.filter(|file| document.sources.has(file)) {
             let (Some(folder), Some(suffix)) = (file.parent(), file.extension()) else { continue };
             let folder = normal(&self.working.path.join(folder));
@@ -142,8 +143,8 @@ impl Folders {
         let of_scripts = || of_scripts.iter().filter(|(_, s)| name.extension() == Some(s)).map(|(f, _)| f.as_ref());
         let mut refused = None;
         for root in &roots {
-            // A chosen folder must contain all of its files. Without one, a path may lead from one of the two folders
-            // into the other.
+            // A chosen folder must contain all files that are opened in it. Without one, a link in one of the two
+            // folders may point into the other.
             let among = if chosen.is_some() { std::slice::from_ref(root) } else { roots.as_slice() };
             let among: Vec<&Folder> = among.iter().copied().chain(of_scripts()).collect();
             match locate(&normal(&root.path.join(name)), &among, writes, mode & TATU_FILE_FOLDERS != 0) {
@@ -152,7 +153,7 @@ impl Folders {
                 Err(why) => refused = refused.or(Some(why)),
             }
         }
-        // The names of scripts are relative to the working folder, also if another folder was chosen.
+        // The names of scripts are relative to the working folder, even if another folder was chosen.
         let beside: Vec<&Folder> = of_scripts().collect();
         if let Ok(Some(found)) = locate(&normal(&self.working.path.join(name)), &beside, writes, false) {
             return f(found);
@@ -198,7 +199,7 @@ fn locate<'a>(
     }
     let list: Vec<_> = among.iter().map(|f| f.path.display().to_string()).collect();
     Err(Refused::Forbidden(format!(
-        "`{}` leads out of the folders that scripts may use, by a link: {}",
+        "`{}` is a link out of the folders that scripts may use: {}",
         full.display(),
         list.join(", ")
     )))

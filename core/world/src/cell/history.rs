@@ -1,7 +1,7 @@
-//! The edits that a person made, and the states of the scene from before each of them.
+//! The edits that a user made, and the state of the scene before each of them.
 //!
-//! An edit has a label, and an inverse: the whole scene as it was before. Scenes share their meshes, so that a state
-//! costs a few hundred bytes per object.
+//! An edit has a label, and an inverse: the whole scene as it was before the edit. Scenes share their meshes, so a
+//! state takes only a few hundred bytes per object.
 
 use std::collections::{BTreeMap, VecDeque};
 
@@ -12,14 +12,14 @@ use tatu_scene::{
     rows::Row,
 };
 
-/// Most edits that can be undone.
+/// Maximum number of edits that can be undone.
 const MOST_EDITS: usize = 200;
-/// Most bytes of all states, by estimate. At least one edit is kept, whatever its size.
+/// Maximum size of all states, bytes, as estimated by `Memento::bytes`. At least one edit is stored, whatever its size.
 const MOST_BYTES: usize = 256 << 20;
-/// Bytes of an object in a state: `estimate`, the size of a slot, its transforms and its boxed data.
+/// Estimated size of an object in a state, bytes: its slot, its transforms and its boxed data.
 const OBJECT_BYTES: usize = 1000;
 
-/// Stands for the world itself among uids of objects, which begin at 1.
+/// Represents the world itself among the uids of objects, which start at 1.
 pub(crate) const WORLD: u64 = 0;
 
 /// A state of the scene to which a stop or an undo returns.
@@ -42,32 +42,32 @@ impl Memento {
     }
 }
 
-/// An edit, with the other state that it leads to.
+/// An edit that can be undone or redone, with the state that this restores.
 struct Edit {
     label: String,
-    /// Consecutive edits with the same label and the same text here, if it is not empty, are one.
+    /// Consecutive edits with the same label and the same `merge` text are combined into one, unless it is empty.
     merge: String,
-    /// The revision of the other state.
+    /// The revision of `state`.
     revision: u64,
     state: Memento,
 }
 
-/// What the end of an edit could take back.
+/// The state to which the scene is rolled back if an edit is discarded.
 enum Before {
-    /// Nothing: the simulation runs, and its stop takes everything back.
+    /// No state: the simulation is running, and its stop reverts all changes.
     InRun,
-    /// Nothing: the edit becomes part of the last one.
+    /// No state: the edit becomes part of the previous one.
     Joins,
-    /// The state before it.
+    /// The state before the edit.
     State(Box<Memento>),
 }
 
-/// An edit that is being made.
+/// An edit in progress.
 struct Open {
     label: String,
     merge: String,
     before: Before,
-    /// Edits within edits are part of the outermost one.
+    /// Nesting depth; nested edits are part of the outermost one.
     depth: u32,
 }
 
@@ -80,44 +80,46 @@ pub(crate) struct History {
     /// Identifies the present state among those of this history.
     revision: u64,
     last: u64,
-    /// The revision that was saved, and the one of which a recovery copy was made.
+    /// The revision that was saved last.
     saved: u64,
+    /// The revision that was last saved or written to a recovery copy.
     copied: u64,
-    /// Whether a recovery copy that exists was made here.
+    /// Whether a recovery copy made by this world exists.
     has_copy: bool,
     /// Whether scripts were changed in the current run; their texts survive its stop.
     scripts_changed: bool,
-    /// Models that were added to the scene: the id of each by the uid of its base.
+    /// Ids of the models that were added to the scene, by the uid of the base object.
     pub models: BTreeMap<u64, String>,
-    /// Properties that runs changed and that a stop leaves unchanged, by uid: no edits, and not saved as such.
+    /// Properties that runs changed and that a stop does not restore, by uid. Such changes are not edits, and are not
+    /// saved as edits.
     pub run_made: BTreeMap<(u64, Row), Value>,
 }
 
-/// What remains to be done at the end of an edit.
+/// The outcome of ending an edit.
 pub(crate) enum Ended {
-    /// The edit is part of another one.
+    /// The edit is part of another one, which is still in progress.
     Inner,
-    /// It was kept.
+    /// The edit was added to the history.
     Kept,
-    /// It is to be taken back.
+    /// The edit must be rolled back to this state.
     TakeBack(Box<Memento>),
-    /// It stays, since no state of its own was captured: a run takes it back at its stop.
+    /// The edit remains in effect, since no separate state was captured for it. The stop of a run reverts it.
     Stays,
 }
 
 impl History {
-    /// Returns whether an edit is being made.
+    /// Returns whether an edit is in progress.
     pub fn is_open(&self) -> bool {
         self.open.is_some()
     }
 
-    /// Returns whether an edit that begins now needs a state of its own.
+    /// Returns whether an edit that begins now requires the present state.
     pub fn needs_state(&self, label: &str, merge: &str) -> bool {
         self.open.is_none() && !self.joins(label, merge)
     }
 
-    /// Begins an edit. `state` is the present one if the edit [needs](Self::needs_state) it; `None` while the
-    /// simulation runs.
+    /// Begins an edit. `state` is the present state if the edit [needs](Self::needs_state) it, or `None` while the
+    /// simulation is running.
     pub fn begin(&mut self, label: &str, merge: &str, state: Option<Memento>) {
         if let Some(open) = &mut self.open {
             open.depth += 1;
@@ -130,14 +132,14 @@ impl History {
         self.open = Some(Open { label: label.to_owned(), merge: merge.to_owned(), before, depth: 1 });
     }
 
-    /// Returns whether an edit becomes part of the last one. A saved state must stay reachable, so what follows it is
-    /// an edit of its own.
+    /// Returns whether an edit becomes part of the previous one. A saved state must remain reachable, so the edit that
+    /// follows it is separate.
     fn joins(&self, label: &str, merge: &str) -> bool {
         let joins = |last: &Edit| !merge.is_empty() && last.label == label && last.merge == merge;
         self.revision != self.saved && self.redo.is_empty() && self.undo.back().is_some_and(joins)
     }
 
-    /// Ends an edit. `None`: none was begun.
+    /// Ends an edit, which is kept or discarded. Returns `None` if no edit is in progress.
     pub fn end(&mut self, keep: bool) -> Option<Ended> {
         let open = self.open.as_mut()?;
         open.depth -= 1;
@@ -160,7 +162,7 @@ impl History {
         })
     }
 
-    /// Adds an edit that has been made.
+    /// Adds a completed edit and the state before it.
     pub fn push(&mut self, label: String, merge: String, before: Memento) {
         self.redo.clear();
         self.undo.push_back(Edit { label, merge, revision: self.revision, state: before });
@@ -177,8 +179,8 @@ impl History {
         self.revision = self.last;
     }
 
-    /// Takes the last edit, or the last one undone if `redo` is set: its label, and the state to return to. `present`
-    /// captures the state that the opposite request returns to.
+    /// Takes the last edit, or the last one undone if `redo` is set, and returns its label and the state to restore.
+    /// `present` captures the state that the opposite operation restores.
     pub fn take(&mut self, redo: bool, present: impl FnOnce() -> Memento) -> Option<(String, Memento)> {
         let Edit { label, revision, state, .. } = if redo { self.redo.pop()? } else { self.undo.pop_back()? };
         let other = Edit { label: label.clone(), merge: String::new(), revision: self.revision, state: present() };
@@ -190,7 +192,7 @@ impl History {
         Some((label, state))
     }
 
-    /// Labels of the edits that can be undone, or redone, the next one last.
+    /// Returns the labels of the edits that can be undone, or redone, the next one last.
     pub fn labels(&self, redo: bool) -> Vec<&str> {
         match redo {
             true => self.redo.iter().map(|e| e.label.as_str()).collect(),
@@ -205,7 +207,7 @@ impl History {
         }
     }
 
-    /// Returns whether scripts were changed in the run that ends.
+    /// Returns whether scripts were changed in the run that ends, and clears the flag.
     pub fn take_scripts_changed(&mut self) -> bool {
         std::mem::take(&mut self.scripts_changed)
     }
@@ -222,7 +224,7 @@ impl History {
     pub fn note_saved(&mut self) {
         (self.saved, self.copied) = (self.revision, self.revision);
     }
-    /// Records that the present state differs from that of the file, from the beginning: it was recovered.
+    /// Records that the initial state was recovered, and so differs from that of the file.
     pub fn note_recovered(&mut self) {
         self.change();
         self.copied = self.revision;
@@ -231,11 +233,11 @@ impl History {
     pub fn wants_copy(&self) -> bool {
         self.revision != self.copied
     }
-    /// Records that a recovery copy of the present state was made, or (`there` not set) that there is none any more.
+    /// Records that a recovery copy of the present state was made or, if `there` is not set, that it no longer exists.
     pub fn note_copied(&mut self, there: bool) {
         (self.copied, self.has_copy) = (self.revision, there);
     }
-    /// Returns whether the recovery copy was made here.
+    /// Returns whether a recovery copy made by this world exists.
     pub fn has_copy(&self) -> bool {
         self.has_copy
     }

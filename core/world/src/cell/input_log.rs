@@ -39,9 +39,9 @@ pub enum Input {
     Request(u32),
     /// An input such as a key.
     Event {
-        /// Its kind, such as "key".
+        /// Kind of input, such as "key".
         kind: String,
-        /// Its content.
+        /// Content of the input, such as the name of the key.
         text: String,
     },
     /// Scripts were called while the simulation was paused.
@@ -62,11 +62,11 @@ pub struct Record {
     pub step: u64,
     /// Its position among the inputs at that barrier, from 0.
     pub at: u64,
-    /// Id of the service.
+    /// Id of the service from which the input came; empty if it came from the program itself.
     pub service: String,
     /// The client on whose behalf the service acted, as numbered by the service.
     pub client: u64,
-    /// The input.
+    /// What entered the world.
     pub input: Input,
 }
 
@@ -161,7 +161,7 @@ impl Replay {
     pub(crate) fn rewind(&mut self) {
         (self.next, self.observed, self.functions) = (self.run, self.run, self.run);
     }
-    /// Returns the next input before the one that starts the simulation, which is passed over.
+    /// Returns the next input before the one that starts the simulation. That one is skipped, and `None` is returned.
     pub(crate) fn next_before_start(&mut self) -> Option<Record> {
         let record = self.records.get(self.next)?;
         self.next += 1;

@@ -53,7 +53,7 @@ fn record(world: &WorldCell, input: Input) {
     record_of(world, service, input);
 }
 
-/// Adds an external input at the barrier that does not come from a service.
+/// Adds an external input that does not come from a service. The world must be at the barrier.
 pub(crate) fn put_in(world: &WorldCell, kind: &str, text: &str) {
     world.run.outside.take_in(kind, text);
     let (kind, text) = (kind.to_owned(), text.to_owned());

@@ -1,4 +1,4 @@
-//! Log lines that wait to be taken.
+//! Log lines that are stored until they are taken.
 
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
@@ -9,11 +9,11 @@ use tatu_plugins::watchdog::peek;
 /// A line of the log.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct LogLine {
-    /// `TATU_LOG_*`
+    /// Level of the line: `TATU_LOG_*`.
     pub level: u32,
     /// The stable code, if the line reports a fault.
     pub code: Option<&'static str>,
-    /// The text.
+    /// Text of the line, without level and code.
     pub text: String,
 }
 
@@ -47,12 +47,13 @@ impl Lines {
     pub(crate) fn take(&self) -> Vec<LogLine> {
         std::mem::take(&mut *self.hold())
     }
-    /// Takes all lines from another thread, when the world's thread may be stuck. Returns none while that thread holds
-    /// the lock.
+    /// Takes all lines from another thread, when the world's thread may be stuck. Returns an empty list while that
+    /// thread holds the lock.
     pub fn take_from_outside(&self) -> Vec<LogLine> {
         peek(&self.0).map(|mut lines| std::mem::take(&mut *lines)).unwrap_or_default()
     }
 }
 
-/// Maximum number of lines kept until they are taken: a script that prints in an endless loop must not exhaust memory.
+/// Maximum number of lines stored until they are taken: a script that prints in an endless loop must not exhaust
+/// memory.
 pub(crate) const MAX_LINES: usize = 10_000;

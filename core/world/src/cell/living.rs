@@ -5,13 +5,13 @@ use std::cell::{Cell, RefCell};
 use tatu_plugin_api::abi::tatu_world;
 
 thread_local! {
-    /// Worlds made on this thread that are still alive.
+    /// Worlds created on this thread that are still alive.
     static LIVING: RefCell<Vec<*const tatu_world>> = const { RefCell::new(Vec::new()) };
     /// The world found last, or `NONE`.
     static LAST: Cell<*const tatu_world> = const { Cell::new(NONE) };
 }
 
-/// Its address denotes "no world". Unlike null, plugins cannot pass it by accident, so one comparison suffices.
+/// Its address denotes "no world". Unlike null, a plugin cannot pass it by accident, so one comparison suffices.
 static NOBODY: u8 = 0;
 const NONE: *const tatu_world = (&raw const NOBODY).cast();
 

@@ -1,7 +1,7 @@
 //! The interior of a world: [`WorldCell`] and its parts. What a step does with them is in the layers above.
 //!
-//! - `world`: the four owners together; `model`: the description that the world was built from; `state`: what a step
-//!   changes; `devices`: plugin state of a world; `run`: the activity in a world, and its results;
+//! - `world`: combines the next four; `model`: the description that the world was built from; `state`: the part that a
+//!   step changes; `devices`: plugin state of a world; `run`: the activity in a world, and its results;
 //! - `border`: state watched while plugins run; `cross`: calls into plugins; `scope`: which host functions a plugin may
 //!   call during which call; `living`: the worlds of each thread;
 //! - `clock`, `phase`: time, steps, and the phases of a run; `pool`: the thread pool;
@@ -15,7 +15,7 @@
 //!   `input_log`, `inputs`: external inputs;
 //! - `history`: edits, and the states of the scene between them;
 //! - `stores`, `room`: limits on what scripts may store in a world; `instance_image`: a plugin instance in a snapshot;
-//! - `swap`: values that a reload replaces; `stand_ins`, `stand_in_use`: objects created because scripts ask for them.
+//! - `swap`: values that a reload replaces; `stand_ins`, `stand_in_use`: objects created because scripts request them.
 
 mod arena;
 pub(crate) mod arrivals;

@@ -48,7 +48,7 @@ pub(crate) struct Outside {
     pub clock: Cell<Option<f64>>,
     /// The date of the start, Unix time in s.
     pub epoch: Cell<i64>,
-    /// Files that scripts or plugins have asked to read since the start.
+    /// Files that scripts or plugins have requested to read since the start.
     pub opened: RefCell<BTreeSet<String>>,
     /// Loads a different scene when one is requested. `None`: the program runs only this one.
     pub scene_reader: RefCell<Option<SceneReader>>,
@@ -61,9 +61,9 @@ pub(crate) type SceneReader = Rc<dyn Fn(&Path, Option<Sources>) -> Result<Arc<Do
 
 /// The scene with which the program continues.
 pub struct NextScene {
-    /// Its file; empty: that of the current scene.
+    /// Path of its file; empty: that of the current scene.
     pub file: PathBuf,
-    /// Its contents.
+    /// The document of the scene.
     pub document: Arc<Document>,
     /// Whether it starts at once, because a start was requested after it.
     pub starts: bool,
@@ -98,7 +98,7 @@ impl Default for Outside {
 }
 
 impl Outside {
-    /// Handles an input: if it sets a clock, sets it; otherwise keeps it for plugins.
+    /// Handles an input: sets the clock or the date if the input is one of these, and otherwise stores it for plugins.
     pub fn take_in(&self, kind: &str, text: &str) {
         match kind {
             "clock" => self.clock.set(text.parse().ok()),

@@ -6,7 +6,7 @@
 //! ```
 //!
 //! Stops and pauses are requests. The phase changes only after a pass, so the pass in which a script makes the request
-//! ends like any other, and readers of the phase see a stop two passes ahead.
+//! ends like any other, and readers of the phase see a stop two passes in advance.
 
 use serde::{Deserialize, Serialize};
 use tatu_plugin_api::abi::*;

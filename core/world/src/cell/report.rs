@@ -64,7 +64,7 @@ impl WorldCell {
         drop(faults);
         self.run.lines.hold().push(LogLine { level: TATU_LOG_ERROR, code, text });
     }
-    /// Keeps a log line until `take_lines` is called.
+    /// Stores a log line until `take_lines` is called.
     pub fn log(&self, level: u32, text: &str) {
         if let Some(worker) = &self.worker {
             return worker.note(DeferredEffect::Line(level, text.to_owned()));

@@ -26,7 +26,7 @@ pub(crate) struct Run {
     pub outside: Outside,
     /// The folders in which scripts open files.
     pub folders: Folders,
-    /// Stand-ins for objects that scripts ask for, in runs without a scene.
+    /// Stand-ins for objects that scripts request, in runs without a scene.
     pub stand_ins: StandIns,
     pub faults: RefCell<Vec<Fault>>,
     pub lines: Lines,

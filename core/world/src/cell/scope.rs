@@ -1,9 +1,9 @@
-//! Checks which host functions a plugin may use during which call. Every host function that takes a world makes these
-//! checks.
+//! Checks which host functions a plugin may use during which call. Every host function that has a world as an argument
+//! performs these checks.
 //!
 //! A world belongs to the thread that created it. A pointer that is not the address of a living world of this thread is
-//! refused before it is read: either a plugin uses it on its own thread, or it kept the pointer after the world had
-//! ended.
+//! refused before it is dereferenced: a plugin either used it on a thread of its own, or retained it after the world
+//! had ended.
 
 use std::{
     collections::BTreeSet,
@@ -154,7 +154,7 @@ fn refuse(world: &WorldCell, scope: Scope, name: &str) -> tatu_status {
 /// faults of its run.
 static STRANGERS: Mutex<Strangers> = Mutex::new(Strangers { known: BTreeSet::new(), pending: Vec::new() });
 static ANY_STRANGER: AtomicBool = AtomicBool::new(false);
-/// Maximum number of breaches kept.
+/// Maximum number of breaches that are stored.
 const MOST_STRANGERS: usize = 16;
 
 struct Strangers {

@@ -49,7 +49,7 @@ macro_rules! callbacks {
 
 callbacks! {
     Actuation "actuation", "In each pass, before physics.";
-    Sensing "sensing", "In each pass, after sensors measured.";
+    Sensing "sensing", "In each pass, after sensors have been measured.";
     Cleanup "cleanup", "Once, before its state ends.";
     Thread "thread", "Once, after `init`, as a coroutine.";
     NonSimulation "nonSimulation", "In each pass of a stopped world.";
@@ -63,7 +63,7 @@ callbacks! {
     Dyn "dyn", "Before and after each physics step.";
     Joint "joint", "In each physics step, for joints whose control is a callback.";
     Contact "contact", "After the physics step in which two shapes begin to touch.";
-    Measured "measured", "After the sensor that it belongs to has measured in the sensing stage.";
+    Measured "measured", "After the sensor that the script belongs to has been measured in the sensing stage.";
 }
 
 /// The callbacks and kinds that any script of a world has had: a quick check that saves a search of all scripts.
@@ -113,7 +113,7 @@ pub(crate) enum Order {
 }
 
 impl Order {
-    /// Returns the order with a number in the ABI.
+    /// Returns the order that a number in the ABI denotes.
     pub fn of(number: u32) -> Option<Self> {
         match number {
             TATU_ORDER_PARENTS_FIRST => Some(Order::ParentsFirst),

@@ -3,8 +3,10 @@
 //! | order | rule |
 //! |---|---|
 //! | parents first | down each tree, siblings by their scripts' priority; then customization scripts |
-//! | by kind and tree | threaded child scripts, child scripts, customization scripts; in each kind up each tree, siblings by priority |
-//! | deepest first | child scripts, then customization scripts; in each kind by depth over the whole scene, the deepest first, equal depth in the order of the hierarchy, priority only among those of one object |
+//! | by kind and tree | threaded child scripts, child scripts, customization scripts; in each kind up each tree,
+//! siblings by priority |
+//! | deepest first | child scripts, then customization scripts; in each kind by depth over the whole scene, the deepest
+//! first, equal depth in the order of the hierarchy, priority only among those of one object |
 //!
 //! Add-ons and the sandbox come last. The languages of the scripts determine the order of a world.
 
@@ -43,7 +45,7 @@ pub(crate) fn sort(scripts: &mut [Rc<Script>], scene: &Scene, order: Order) {
     });
 }
 
-/// Returns places by depth, deepest first, then by hierarchy.
+/// Returns positions of objects by depth, deepest first, then by hierarchy.
 fn by_depth(scene: &Scene) -> BTreeMap<u32, Place> {
     let mut places = BTreeMap::new();
     let (mut level, mut depth) = (scene.roots().to_vec(), 0);
@@ -60,7 +62,8 @@ fn by_depth(scene: &Scene) -> BTreeMap<u32, Place> {
     places
 }
 
-/// Returns places tree by tree, parents before or after their children; siblings by priority, then by hierarchy.
+/// Returns positions of objects tree by tree, parents before or after their children; siblings by priority, then by
+/// hierarchy.
 fn by_tree(
     scripts: &[Rc<Script>],
     scene: &Scene,
@@ -78,7 +81,7 @@ fn by_tree(
         slots
     };
     let mut places = BTreeMap::new();
-    // Stack of objects to visit, the next one last; `true`: its children are done.
+    // Stack of objects to visit, the next one last; `true`: the children of the object have been visited.
     let mut open: Vec<(u32, bool)> = sorted(scene.roots()).into_iter().rev().map(|s| (s, false)).collect();
     while let Some((slot, below_done)) = open.pop() {
         if parents_first != below_done {

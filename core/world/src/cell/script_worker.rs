@@ -2,9 +2,9 @@
 //!
 //! Parallel scripts do not touch the world. Their thread is in a *worker*: a cell with its own call stack, errors and
 //! lines, which services use in place of the world. It reads the world through shared references, in the state it had
-//! when the stage began. What the scripts set, log or get wrong is recorded as [`DeferredEffect`]s, which are applied
-//! to the world in script order after all of them have run, so the result does not depend on the number of workers. Any
-//! other change of the world is refused.
+//! when the stage began. Values that the scripts set, lines that they log and their errors are recorded as
+//! [`DeferredEffect`]s, which are applied to the world in script order after all scripts have run, so the result does
+//! not depend on the number of workers. Any other change of the world is refused.
 
 use std::{
     cell::{Cell, RefCell},
@@ -139,7 +139,7 @@ impl WorldCell {
                 worker.set(joint, row, if row == Row::Slip { x.max(0.0) } else { x });
                 Ok(())
             }
-            _ => Err(format!("scripts that run side by side with others do not set `{}`", row.info().key)),
+            _ => Err(format!("scripts that run side by side with others cannot set `{}`", row.info().key)),
         }
     }
 }

@@ -32,7 +32,7 @@ pub(crate) struct Running {
     pub subject: String,
     /// Whether it failed; it is then no longer called and holds nothing.
     pub off: Cell<bool>,
-    /// Whether it has been reported that it holds the session for long.
+    /// Whether it has been reported that the service holds the session for a long time.
     pub hold_told: Cell<bool>,
 }
 
@@ -98,7 +98,7 @@ impl Running {
     pub fn stop(&self, registry: &Registry) -> Result {
         let kind = self.info(registry);
         let Some(stop) = kind.life.destroy else { return Ok(()) };
-        // SAFETY: `self.data` was made by the `create` function of the same kind, and is not used after this single
+        // SAFETY: `self.data` was created by the `create` function of the same kind, and is not used after this single
         // call.
         let run = || unsafe { stop(self.data) };
         let done = registry.watched(kind.plugin, Call::Stop, &self.subject, run);

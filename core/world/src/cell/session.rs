@@ -29,7 +29,7 @@ pub(crate) struct SessionCell {
 }
 
 impl SessionCell {
-    /// Returns the pointer that plugins get.
+    /// Returns the pointer that is passed to plugins.
     pub fn raw(&self) -> *mut tatu_session {
         (&raw const *self).cast_mut().cast()
     }

@@ -24,7 +24,7 @@ const MOST: usize = 2000;
 pub struct StandIn {
     /// Index of the parent stand-in in the list, or `None` for the world.
     pub parent: Option<usize>,
-    /// Its alias.
+    /// Alias of the object.
     pub alias: String,
     /// The number after `#` in its unique name, or -1 if it has none.
     pub suffix: i32,
@@ -49,7 +49,7 @@ pub enum Wish {
     Parent,
     /// A child of a kind, or of any kind if it is empty.
     Child(String),
-    /// Its script.
+    /// A script attached to a stand-in.
     Script,
 }
 

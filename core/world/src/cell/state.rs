@@ -19,7 +19,7 @@ pub(crate) struct State {
     pub phase: Cell<Phase>,
     /// Requested changes of phase, as bits `1 << TATU_REQUEST_*`, carried out at the barrier.
     pub requests: Cell<u32>,
-    /// Whether the last pass is done and the run is to be ended.
+    /// Whether the last pass is done and the run must be ended.
     pub over: Cell<bool>,
     /// Whether a pass took place while the world was stopped.
     pub rested: Cell<bool>,

@@ -109,6 +109,6 @@ pub(crate) fn parse(until: u32, value: f64, name: &[u8], step: u64, ticket: Opti
         TATU_UNTIL_TIME if value.is_finite() => Ok(Due::Time(value)),
         TATU_UNTIL_SIGNAL if !name.is_empty() => Ok(Due::Signal(name.to_vec())),
         TATU_UNTIL_POLL => Ok(Due::Poll),
-        _ => Err("a wait is for a number of steps, a time, the name of a signal, a poll, or a wake"),
+        _ => Err("a wait must be for a number of steps, a finite time, the name of a signal, a poll, or a wake"),
     }
 }

@@ -22,9 +22,9 @@ pub(crate) struct Wakes {
     arrived: RefCell<BTreeMap<u64, Vec<u8>>>,
     /// Waits whose result cannot arrive any more, since no thread was started for them here.
     lost: RefCell<BTreeSet<u64>>,
-    /// Waits of a replayed run for which no ticket was issued, and whose result the log may still have.
+    /// Waits of a replayed run for which no ticket was issued, and whose result the log may still contain.
     unissued: RefCell<BTreeSet<u64>>,
-    /// The result for the command that is being resumed; none if it was lost.
+    /// The result for the command that is being resumed, or `None` if it was lost.
     pub current: RefCell<Option<Vec<u8>>>,
 }
 
@@ -33,7 +33,7 @@ impl Wakes {
     pub fn ticket(&self, host: &HostTables) -> u64 {
         host.ticket(&self.mailbox, self.next())
     }
-    /// Counts a wait of the running command for which no ticket is needed, since a replay has its result.
+    /// Counts a wait of the running command for which no ticket is needed, since the replayed log contains its result.
     pub fn next_of_replay(&self) {
         let number = self.next();
         self.unissued.borrow_mut().insert(number);
@@ -44,7 +44,7 @@ impl Wakes {
         self.issued.set(Some(number));
         number
     }
-    /// Ends the waits whose results the log of a replay did not have, when the replay is over.
+    /// Marks the waits whose results the replayed log did not contain as lost. Called when the replay is over.
     pub fn lose_unissued(&self) {
         self.lost.borrow_mut().append(&mut self.unissued.borrow_mut());
     }
@@ -61,7 +61,7 @@ impl Wakes {
     pub fn has_arrived(&self, number: u64) -> bool {
         self.arrived.borrow().contains_key(&number) || self.lost.borrow().contains(&number)
     }
-    /// Prepares for a command whose wait has ended: it gets the result.
+    /// Prepares to resume a command whose wait has ended: makes the result available to it.
     pub fn resume(&self, due: &Due) {
         let Due::Wake(number) = due else { return };
         self.lost.borrow_mut().remove(number);
@@ -71,7 +71,7 @@ impl Wakes {
     pub fn last(&self) -> u64 {
         self.last.get()
     }
-    /// Restores the number of the last wait. The results of all that wait are lost: a snapshot holds no threads.
+    /// Restores the number of the last wait. The results of all pending waits are lost: a snapshot contains no threads.
     pub fn restore(&self, last: u64) {
         self.last.set(last);
         *self.lost.borrow_mut() = (1..=last).collect();

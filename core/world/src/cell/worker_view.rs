@@ -25,7 +25,7 @@ pub(crate) enum DeferredEffect {
     Set(tatu_object, Row, f64),
     /// The script failed: its position in the order, the status, its error, and the command that caused it.
     Failed(usize, tatu_status, Box<(ErrorSlot, Option<(String, String)>)>),
-    /// The script asked to be ended; its position in the order.
+    /// The script requested to be ended; its position in the order.
     Settle(usize),
     /// The script cannot run in parallel at present; its position in the order.
     Alone(usize),
@@ -89,7 +89,7 @@ impl WorkerView {
         let mut own = self.own.borrow_mut();
         self.effects.borrow_mut().extend(own.drain(..).map(|(object, row, x)| DeferredEffect::Set(object, row, x)));
     }
-    /// Records an effect of the running script. Keeps no more log lines of a chunk than the world would, and merges
+    /// Records an effect of the running script. Stores no more log lines of a chunk than the world would, and merges
     /// equal faults.
     pub fn note(&self, effect: DeferredEffect) {
         let mut effects = self.effects.borrow_mut();
@@ -117,7 +117,7 @@ impl WorkerView {
             None => own.push((object, row, x)),
         }
     }
-    /// Returns the number of an object as the running script has set it.
+    /// Returns the number that the running script has set for a property of an object, if any.
     pub fn number(&self, slot: u32, row: Row) -> Option<f64> {
         let own = self.own.borrow();
         own.iter().find(|(o, r, _)| tatu_slot(*o) == slot && *r == row).map(|(_, _, x)| *x)

@@ -1,4 +1,5 @@
-//! The interior of a world: four owners, each of whose parts is in a separate `RefCell`.
+//! The interior of a world: the components `model`, `state`, `devices` and `run`, whose fields are in separate
+//! `RefCell`s.
 //!
 //! Plugins call back into the host while they are called. Code that calls a plugin which may call back holds no borrow;
 //! a host function borrows one part, acts, and releases it.
@@ -68,7 +69,7 @@ impl WorldCell {
     pub fn stop_requested(&self) -> bool {
         self.state.requests.get() & (1 << TATU_REQUEST_STOP | 1 << TATU_REQUEST_QUIT) != 0
     }
-    /// Returns the pointer that plugins get.
+    /// Returns the pointer that is passed to plugins.
     pub fn raw(&self) -> *mut tatu_world {
         match &self.worker {
             Some(worker) => worker.world(),

@@ -37,7 +37,7 @@ pub(crate) fn deliver(world: &WorldCell) {
         let text =
             format!("more than {MOST} events at one moment: {} are left out, the first of them `{name}`", left.len());
         let mut fault = Fault::new(FaultKind::Budget, text);
-        fault.help = Some("look for handlers that publish what they listen to".into());
+        fault.help = Some("look for handlers that publish the events that they subscribe to".into());
         world.report(fault);
     }
 }

@@ -26,7 +26,7 @@ pub(crate) fn devices_now(cell: &WorldCell) -> Vec<(u32, DeviceSpec)> {
     let named = |declared: &[Declared], params: &[Value]| {
         declared.iter().map(|d| d.key.clone()).zip(params.iter().cloned()).filter(|(_, v)| *v != Value::Nil).collect()
     };
-    // Readings of actuators are made with these.
+    // The sensors that measure actuators are created together with the actuators.
     let own = sensing.devices.iter().filter(|d| !cell.model.registry.sensors[d.kind].of_actuator);
     let sensors = own.map(|d| {
         (d.slot, DeviceSpec { kind: d.kind, params: named(&cell.model.registry.sensors[d.kind].params, &d.params) })
@@ -37,8 +37,8 @@ pub(crate) fn devices_now(cell: &WorldCell) -> Vec<(u32, DeviceSpec)> {
     sensors.chain(actuators).collect()
 }
 
-/// Replaces all devices by those that existed in an earlier state, including those of objects that have been removed,
-/// with their parameters then. The scene must have been restored already.
+/// Replaces all devices by those of an earlier state, with the parameters that they had in it. This includes devices of
+/// objects that have been removed since. The scene must have been restored already.
 pub(crate) fn remake_devices(cell: &WorldCell, devices: &[(u32, DeviceSpec)]) {
     end_devices(cell);
     for (slot, spec) in devices {

@@ -17,7 +17,7 @@ use tatu_plugins::{
 use super::{Made, make};
 use crate::cell::{Instance, WorldCell};
 
-/// Creates the instance of a sensor and asks for its beams. No part of the world may be borrowed.
+/// Creates the instance of a sensor and requests its beams. No part of the world may be borrowed.
 pub(crate) fn create_sensor(
     world: &WorldCell,
     kind_index: usize,
@@ -49,7 +49,7 @@ pub(crate) fn end_sensor(world: &WorldCell, sensor: Device) {
     }
 }
 
-/// Asks an instance for its beams. No part of the world may be borrowed.
+/// Requests the beams of an instance. No part of the world may be borrowed.
 pub(crate) fn ask_layout(world: &WorldCell, kind: usize, slot: u32, data: *mut c_void) -> Result<Rc<Layout>, String> {
     let kind = &world.model.registry.sensors[kind];
     let inspector = world.model.registry.inspector.as_deref();

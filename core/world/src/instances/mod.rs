@@ -96,7 +96,7 @@ pub(crate) fn configure(
 ) -> Result<bool, String> {
     let Some(configure) = life.configure else { return Ok(false) };
     // `configure` may itself set parameters, so it counts as a nested call.
-    let Some(_level) = world.run.calls.enter() else { return Err("calls nest too deep".to_owned()) };
+    let Some(_level) = world.run.calls.enter() else { return Err("calls are nested too deep".to_owned()) };
     let (raw, _room) = laid(params);
     let mut error = ErrorSlot::new();
     // SAFETY: `of.data` points to a live instance of the plugin, which is never unloaded; the values and the error

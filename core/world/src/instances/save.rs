@@ -18,7 +18,7 @@ use crate::cell::{InstanceImage, WorldCell};
 pub struct Missed {
     /// Its owner, such as "the script of /Robot"; empty for the world.
     pub object: String,
-    /// Its plugin.
+    /// Id of its plugin.
     pub plugin: String,
     /// The reason, which names the part that cannot be saved.
     pub reason: String,
@@ -54,7 +54,7 @@ pub(crate) fn save_instance(
     let mut image = InstanceImage { state: state.to_vec(), saved: Vec::new(), version: life.version, missed: false };
     let Some(save) = life.save else {
         // An instance without data has nothing to save but the state block.
-        let why = "its plugin keeps data for it, but cannot save it";
+        let why = "its plugin stores data for it, but cannot save the data";
         return if of.data.is_null() { Ok(image) } else { Err(why.to_owned()) };
     };
     let writer = tatu_writer {

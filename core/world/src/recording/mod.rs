@@ -1,4 +1,4 @@
-//! Recording of graphs. `source`: the numbers of the world that a stream can record.
+//! Recording of graphs. `source`: the numbers of a world that a stream can record.
 
 mod source;
 
@@ -10,7 +10,7 @@ use tatu_scene::Data;
 use crate::{cell::WorldCell, recording::source::number};
 
 fn busy() -> Refusal {
-    Refusal(TATU_ERR_BUSY, "not possible from within this call".into())
+    Refusal(TATU_ERR_BUSY, "a graph cannot be recorded from within this call".into())
 }
 
 /// Records a sample in all graphs that are not explicit, at the end of a step.

@@ -11,7 +11,7 @@ use tatu_scene::{
 
 use crate::cell::WorldCell;
 
-/// Short names of the most common numbers.
+/// Short names of the most commonly recorded numbers.
 const SHORT: &[(&str, &str)] =
     &[("x", "object.world_pose[0]"), ("y", "object.world_pose[1]"), ("z", "object.world_pose[2]")];
 
@@ -23,7 +23,7 @@ pub(crate) fn check(world: &WorldCell) {
             let why = if scene.find(tatu_slot(*object), &spec.of).is_none() {
                 format!("there is no object `{}`", spec.of)
             } else if !is_known(world, &spec.data) {
-                format!("there is no number `{}`", spec.data)
+                format!("no object has a number `{}`", spec.data)
             } else {
                 continue;
             };
@@ -40,7 +40,8 @@ fn is_known(world: &WorldCell, data: &str) -> bool {
         || world.model.registry.sensors.iter().flat_map(|s| &s.fields).any(|f| f.name == key)
 }
 
-/// Returns the current number `data` of an object, or `None` if it has no such number or a sensor has not measured yet.
+/// Returns the current value of the number `data` of an object. Returns `None` if the object has no such number, or is
+/// a sensor that has not been measured yet.
 pub fn number(world: &WorldCell, scene: &Scene, graph: u32, of: &str, data: &str) -> Option<f64> {
     let slot = scene.find(graph, of)?;
     match data {

@@ -1,6 +1,6 @@
-//! Applying the differences between two documents to a running world.
+//! Applies the differences between two documents to a running world.
 //!
-//! Objects are matched by their place in the tree. Only properties that differ between the two documents are set, so
+//! Objects are matched by their position in the tree. Only properties that differ between the two documents are set, so
 //! that everything else stays as physics and scripts have left it. Adding or removing objects requires a restart.
 
 use std::{collections::BTreeMap, path::PathBuf, rc::Rc, sync::Arc};
@@ -37,7 +37,7 @@ impl<'a> Described<'a> {
         Described { document, scene, slots }
     }
 
-    /// Returns the place of each object: its parent, its alias, and its number among siblings with the same alias.
+    /// Returns the position of each object: its parent, its alias, and its number among siblings with the same alias.
     fn places(&self) -> Vec<(Option<usize>, &'a str, usize)> {
         let mut seen: BTreeMap<(Option<usize>, &str), usize> = BTreeMap::new();
         let all = self.document.objects.iter();
@@ -131,7 +131,7 @@ impl World {
         told
     }
 
-    /// Sets the properties that differ; returns their keys.
+    /// Sets the properties that differ, and returns their keys.
     fn take_rows(
         &self,
         slot: u32,
@@ -144,8 +144,8 @@ impl World {
             |d: &Described<'_>, n: usize| d.document.objects[n].rows.iter().map(|(r, _)| *r).collect::<Vec<_>>();
         let mut rows = written(is, i);
         rows.extend(written(was, j));
-        // These rows are applied together as `pose`, including where a model was placed; meshes and images are handled
-        // below.
+        // These rows are applied together as `pose`, which includes the position of a model; meshes and images are
+        // handled below.
         let parts = [Row::Position, Row::Quaternion, Row::Orientation, Row::WorldPose, Row::Mesh, Row::Texture];
         rows.retain(|r| !parts.contains(r));
         rows.push(Row::Pose);
@@ -191,7 +191,7 @@ impl World {
         keys
     }
 
-    /// Calls `f` for the running scene, and for the one that a stop restores.
+    /// Calls `f` with the running scene, and with the scene that a stop restores.
     fn each_scene(&self, mut f: impl FnMut(&mut Scene)) {
         let cell: &WorldCell = self.cell();
         f(&mut cell.state.scene.borrow_mut());
@@ -229,7 +229,7 @@ impl World {
         }
     }
 
-    /// Applies parameters and commands of a sensor or actuator that differ; returns their keys.
+    /// Applies the parameters and commands of a sensor or actuator that differ, and returns their keys.
     fn take_parameters(&self, slot: u32, old: &ObjectSpec, new: &ObjectSpec, told: &mut ReloadReport) -> Vec<String> {
         let cell: &WorldCell = self.cell();
         let (Some(was), Some(is)) = (&old.device, &new.device) else { return Vec::new() };
@@ -298,7 +298,7 @@ impl World {
         let cell: &WorldCell = self.cell();
         let kinds = |o: &ObjectSpec| o.scripts.iter().map(|s| s.kind.clone()).collect::<Vec<_>>();
         if kinds(old) != kinds(new) {
-            restart.push(format!("{} has other scripts", cell.state.scene.borrow().path(slot)));
+            restart.push(format!("{} has different scripts", cell.state.scene.borrow().path(slot)));
             return;
         }
         let there = cell.state.scene.borrow().scripts(slot);

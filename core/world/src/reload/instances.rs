@@ -1,4 +1,4 @@
-//! Replaces the instances of a plugin by those of a different version of it.
+//! Replaces the instances of a plugin with those of a different version of it.
 
 use std::{rc::Rc, sync::Arc};
 
@@ -67,7 +67,7 @@ fn hand_over(
     if fits || image.state.is_empty() && words == 0 || life.load.is_some() {
         return Ok(());
     }
-    Err(format!("its state is of version {}, now it is {}", image.version, life.version))
+    Err(format!("its saved state has version {}, but version {} is required", image.version, life.version))
 }
 
 fn by_key(declared: &[Declared], params: &[Value]) -> Vec<(String, Value)> {
@@ -95,7 +95,7 @@ fn info(cell: &WorldCell, slot: u32, id: u64) -> tatu_instance {
 }
 
 impl World {
-    /// Reloads the file of a plugin between two steps: all its instances are replaced by those of the new version,
+    /// Reloads the file of a plugin between two steps: all its instances are replaced with those of the new version,
     /// which take over the old state where both versions agree. If the new version is rejected, returns an error and
     /// changes nothing.
     ///
@@ -125,8 +125,8 @@ impl World {
         Ok(told)
     }
 
-    /// Recreates the instance of a sensor or actuator with different parameters, and passes its state to the new one.
-    /// If the state could not be passed on, returns the reason.
+    /// Recreates the instance of a sensor or actuator with different parameters, and passes the old state to the new
+    /// instance. If the state could not be passed on, returns the reason.
     pub(super) fn remake_device(&self, slot: u32, params: Vec<Value>) -> Result<Option<String>, String> {
         let cell: &WorldCell = self.cell();
         let object = cell.state.scene.borrow().id(slot);
@@ -150,7 +150,7 @@ impl World {
     }
 }
 
-/// Replaces all instances; returns a sentence for each that starts from scratch.
+/// Replaces all instances. Returns a sentence for each new instance that starts from scratch.
 fn exchange(cell: &WorldCell, plugin: usize, old: &Arc<Registry>, new: &Arc<Registry>) -> Result<Vec<String>> {
     let (sensors, actuators, instance) = written(cell, plugin, old, new);
     let scripts = Scripts::written(cell, plugin);
@@ -186,7 +186,7 @@ fn exchange(cell: &WorldCell, plugin: usize, old: &Arc<Registry>, new: &Arc<Regi
                 let half = fresh.and_then(|f| cell.devices.instances.borrow_mut()[plugin].replace(f));
                 half.into_iter().for_each(|i| i.end(cell, plugin));
             }
-            reset("what its commands keep".into(), done.err());
+            reset("the state of its commands".into(), done.err());
         }
     }
     for (device, moving) in made.sensors.into_iter().zip(&sensors) {
@@ -209,7 +209,7 @@ fn exchange(cell: &WorldCell, plugin: usize, old: &Arc<Registry>, new: &Arc<Regi
     }
     for m in sensors.iter().chain(&actuators).filter(|m| !m.dropped.is_empty()) {
         let keys = m.dropped.join("`, `");
-        resets.push(format!("{} has no parameter `{keys}` any more", path_of(cell, m.slot)));
+        resets.push(format!("{} no longer has the parameter `{keys}`", path_of(cell, m.slot)));
     }
     // Instances must be destroyed by the version that created them.
     cell.model.registry.set(old.clone());

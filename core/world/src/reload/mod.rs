@@ -1,4 +1,4 @@
-//! Hot reload: applying changed files to a running world, between two steps.
+//! Hot reload: applies changed files to a running world, between two steps.
 //!
 //! - [`Reload`]: checks whether files have changed, and applies those that have;
 //! - `watch`: detects which files have changed;
@@ -41,7 +41,7 @@ impl ReloadReport {
     }
 }
 
-/// Watches the files that a world is made of: scene, models, scripts, imported files, plugins.
+/// Watches the files that a world was built from: scene, models, scripts, imported files, plugins.
 pub struct Reload {
     scene: PathBuf,
     options: Options,
@@ -49,7 +49,7 @@ pub struct Reload {
 }
 
 impl Reload {
-    /// Creates the watcher for a world made of this scene with these options. Its plugins must have been opened as
+    /// Creates the watcher for a world built from this scene with these options. Its plugins must have been opened as
     /// [copies](tatu_plugins::Search::copies), because a library must not be overwritten while it is loaded.
     pub fn new(scene: &Path, options: &Options, world: &World) -> Self {
         let mut files = Watcher::new();

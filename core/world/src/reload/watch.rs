@@ -104,7 +104,7 @@ mod tests {
         assert!(changed().is_empty(), "written again with the same content");
         long_ago("two", 30);
         assert_eq!(changed(), [&*file]);
-        assert!(changed().is_empty(), "told once");
+        assert!(changed().is_empty(), "reported once");
         fs::write(&file, "th").unwrap();
         assert!(changed().is_empty(), "still being written");
         long_ago("", 1);

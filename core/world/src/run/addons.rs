@@ -6,8 +6,8 @@ use super::World;
 use crate::cell::Scripts;
 
 impl World {
-    /// Runs the source of an attached script that has not begun, then the given callback; returns its answer, if that
-    /// is a map. Use a separate world for this: the script's state is no longer fresh afterwards.
+    /// Runs the source of an attached script that has not begun, then the given callback. Returns the result of the
+    /// callback if it is a map. Use a separate world for this: the script's state is no longer fresh afterwards.
     pub fn ask(&self, slot: u32, callback: &str) -> Option<Value> {
         Scripts::ask_first(&self.cell, slot, callback)
     }

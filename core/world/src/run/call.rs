@@ -1,4 +1,4 @@
-//! Calling a command as the host, between two steps: for programs that drive a world.
+//! Calls commands as the host, between two steps, for programs that drive a world.
 
 use tatu_errors::{Fault, FaultKind, nearest};
 use tatu_plugin_api::{
@@ -14,12 +14,13 @@ use crate::{
 };
 
 impl World {
-    /// Calls a command of any plugin as the host: its caller is no script and no object. Its results, at most 64.
+    /// Calls a command of any plugin as the host, without a calling script or object, and returns its results, at most
+    /// 64.
     ///
-    /// A command that waits fails, for nobody is there who could go on later. The call stands in no input log.
+    /// A command that waits fails, since nothing could resume it later. The call is not recorded in the input log.
     ///
     /// # Errors
-    /// No plugin offers the command, an argument does not fit, or the command failed; the fault is not added to
+    /// No plugin offers the command, an argument is invalid, or the command failed. The fault is not added to
     /// [`World::faults`].
     pub fn call(&self, name: &str, args: &[Value]) -> Result<Vec<Value>, Box<Fault>> {
         let cell = &**self.cell();
@@ -28,11 +29,11 @@ impl World {
         let args: Vec<tatu_value> = args.iter().map(|v| owned.raw(v)).collect();
         let mut room = Room::new();
         let mut frame = room.frame(&args);
-        // An error of a name of old manners is to be seen, too.
+        // Old-style names must report errors as well, instead of returning the values that stand for an error.
         (frame.command, frame.alias, frame.flags) = (command, alias, TATU_CALL_RAISE);
         cell.run.calls.caller.set(Caller::HOST);
         let mark = cell.run.calls.arena.borrow().mark();
-        // SAFETY: the frame, its arguments and its room for results live through the call.
+        // SAFETY: the frame, its arguments and the space for its results live through the call.
         let status = unsafe { call_command(cell, &mut frame, 0) };
         let done = if status < 0 { Err(failed(cell, status, &frame)) } else { results(&frame) };
         cell.run.calls.arena.borrow_mut().release(mark);
@@ -57,7 +58,7 @@ fn results(frame: &tatu_call) -> Result<Vec<Value>, Box<Fault>> {
 
 fn failed(cell: &WorldCell, status: tatu_status, frame: &tatu_call) -> Box<Fault> {
     let said = said(frame.error);
-    let text = said.text.unwrap_or_else(|| format!("it failed with status {status}"));
+    let text = said.text.unwrap_or_else(|| format!("the command failed with status {status}"));
     let mut fault = Fault::new(FaultKind::of(status), text);
     (fault.help, fault.file, fault.traceback) = (said.help, said.file, said.traceback);
     fault.line = Some(said.line).filter(|line| *line > 0);

@@ -88,8 +88,8 @@ impl World {
         if self.barrier() { self.step_on() } else { self.cell.running() }
     }
 
-    /// Does everything that precedes the next pass, but not the pass itself; returns `false` if there is to be no pass.
-    /// It is used to replay a run that was ended within a barrier.
+    /// Does everything that precedes the next pass, but not the pass itself; returns `false` if no pass may follow.
+    /// This serves to replay a run that was ended within a barrier.
     pub fn barrier(&self) -> bool {
         if self.cell.state.over.replace(false) {
             self.finish();
@@ -131,8 +131,8 @@ impl World {
     }
 
     /// Lets services request a different scene: see [`next_scene`](Self::next_scene). `read` loads it (an empty path
-    /// means the current scene), with the given sources if there are any; if that fails, the service gets the error and
-    /// this world continues.
+    /// means the current scene), with the given sources if there are any; if that fails, the error is returned to the
+    /// service and this world continues.
     pub fn take_scenes(&self, read: impl Fn(&Path, Option<Sources>) -> Result<Arc<Document>> + 'static) {
         *self.cell.run.outside.scene_reader.borrow_mut() = Some(Rc::new(read));
     }
@@ -142,8 +142,8 @@ impl World {
         self.cell.run.outside.next_scene.borrow_mut().take()
     }
 
-    /// Makes the current process state, such as signal handlers, the one that plugins must leave unchanged. It must be
-    /// called after the program has changed it.
+    /// Makes the current process state, such as signal handlers, the one that plugins must leave unchanged. Must be
+    /// called after the program has changed that state.
     pub fn take_process_anew(&self) {
         self.cell.border.home.borrow_mut().take_process_anew();
     }
@@ -174,7 +174,7 @@ impl World {
     pub fn attach(&self, spec: &ScriptSpec) -> Result<u32> {
         let kinds = OUTSIDE_KINDS;
         if !kinds.contains(&spec.kind.as_str()) {
-            let error = Error::new("E102", format!("a script of kind `{}` is not attached to a world", spec.kind));
+            let error = Error::new("E102", format!("a script of kind `{}` cannot be attached to a world", spec.kind));
             return Err(error.expected(kinds.join(", ")));
         }
         Scripts::add(&self.cell, 0, spec).ok_or_else(|| Error::new("E401", "the world has no room for another script"))

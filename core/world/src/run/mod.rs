@@ -1,9 +1,9 @@
 //! The public handle of a world: create, start, step, stop and inspect it.
 //!
-//! - [`World`]: a scene that runs; `life`: start, step, stop; `addons`: scripts that are part of no document;
-//!   `call`: commands, called by the program;
-//! - [`Reading`]: what a sensor measured last; `snapshot`: writing its state, and going on from it;
-//! - [`Session`]: services beside worlds; `replay`: doing again what an input log holds.
+//! - [`World`]: a running scene; `life`: start, step, stop; `addons`: scripts that are not part of a document;
+//!   `call`: commands that the program calls;
+//! - [`Reading`]: the last reading of a sensor; `snapshot`: saves and restores the state of a world;
+//! - [`Session`]: services, and the worlds that they serve; `replay`: repeats the inputs of a log.
 
 mod addons;
 mod call;
@@ -32,7 +32,7 @@ use crate::{
     session as barrier,
     state::{self, Hash},
 };
-/// A scene that runs. It is used by one thread; different worlds may run on different threads.
+/// A running scene. A world is used by one thread; different worlds may run on different threads.
 pub struct World {
     cell: Rc<WorldCell>,
 }
@@ -55,17 +55,17 @@ impl World {
         world.cell.run.folders.read_beside(&world.cell.model.document);
         make_devices(&world.cell, &slots)?;
         world.make_instances()?;
-        world.cell.restore_process_state("the making of the world");
-        world.cell.restore_process("the making of the world");
+        world.cell.restore_process_state("the creation of the world");
+        world.cell.restore_process("the creation of the world");
         Scripts::declare(&world.cell, &slots);
         let cell = &world.cell;
         cell.state.dynamics.borrow_mut().settle(&mut cell.state.scene.borrow_mut());
         for (joint, master) in cell.state.scene.borrow().lost_followers() {
-            let text = format!("the joint {joint} is to follow `{master}`, but there is no such joint");
+            let text = format!("the joint {joint} should follow `{master}`, but there is no such joint");
             cell.log(TATU_LOG_WARNING, &text);
         }
         for (dummy, link) in cell.state.scene.borrow().lost_links() {
-            let text = format!("the dummy {dummy} is to be linked to `{link}`, but there is no such dummy");
+            let text = format!("the dummy {dummy} should be linked to `{link}`, but there is no such dummy");
             cell.log(TATU_LOG_WARNING, &text);
         }
         for text in cell.state.scene.borrow().open_loops() {
@@ -80,8 +80,8 @@ impl World {
         tatu_scene::mechanics(&self.cell.state.scene.borrow(), &self.cell.model.settings.borrow())
     }
 
-    /// Returns the paths of the first shapes of all mechanisms, each with its solver and why it has that one, in order of
-    /// objects.
+    /// Returns, for each mechanism, the path of its first shape, and its solver with the reason why that was chosen.
+    /// They are in the order of objects.
     pub fn mechanisms(&self) -> Vec<(String, String)> {
         tatu_scene::solvers(&self.cell.state.scene.borrow())
     }
@@ -106,7 +106,7 @@ impl World {
         Ok(())
     }
 
-    /// Ends the part of command plugin instances that serves scripts of the run; the rest is kept. Instances that
+    /// Ends the part of command plugin instances that serves scripts of the run; the rest is retained. Instances that
     /// cannot separate the two are recreated.
     fn renew_instances(&self) -> Result {
         let cell = &self.cell;
@@ -202,8 +202,8 @@ impl World {
     pub fn feed_session(&self, records: Arc<[Record]>) {
         barrier::log::feed_session(&self.cell, records);
     }
-    /// Returns the files that scripts or plugins have asked to read since the start, by the names given. Their contents
-    /// are not part of the input log.
+    /// Returns the files that scripts or plugins have requested to read since the start, by the names given. Their
+    /// contents are not part of the input log.
     pub fn files_opened(&self) -> Vec<String> {
         self.cell.run.outside.opened.borrow().iter().cloned().collect()
     }
@@ -215,7 +215,7 @@ impl World {
     pub fn time(&self) -> f64 {
         self.cell.state.clock.time.get()
     }
-    /// Returns the number of steps done.
+    /// Returns the number of steps since the start.
     pub fn steps(&self) -> u64 {
         self.cell.state.clock.step.get()
     }
@@ -243,7 +243,7 @@ impl World {
     pub fn has_lines(&self) -> bool {
         self.cell.run.lines.any()
     }
-    /// Returns the store of log lines, for a program that ends while a step is running.
+    /// Returns the store of log lines, for a program that exits while a step is running.
     pub fn lines(&self) -> Lines {
         self.cell.run.lines.clone()
     }
@@ -298,13 +298,13 @@ impl World {
 /// The observable state of an object.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Observed {
-    /// Its path.
+    /// Path of the object.
     pub path: String,
     /// World pose: x y z in m, quaternion x y z w.
     pub pose: [f64; 7],
     /// Velocity in the world frame: m/s, rad/s.
     pub twist: [f64; 6],
-    /// Position, velocity and effort of a joint; `None` for other objects.
+    /// Position (m or rad), velocity (m/s or rad/s) and effort (N or N m) of a joint; `None` for other objects.
     pub joint: Option<[f64; 3]>,
     /// Fields of a sensor; `None` for other objects.
     pub reading: Option<Vec<(String, Value)>>,

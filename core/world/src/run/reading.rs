@@ -10,32 +10,32 @@ use super::World;
 pub struct Reading {
     /// Path of the sensor.
     pub path: String,
-    /// Its kind.
+    /// Kind of the sensor.
     pub kind: String,
-    /// Schemas that its kind fills, such as `range_scan/1`.
+    /// Schemas that the kind fills, such as `range_scan/1`.
     pub schemas: Vec<String>,
     /// Simulation time of the measurement, s.
     pub time: f64,
-    /// Number of measurements so far; 0: it has not measured.
+    /// Number of measurements so far; 0 if the sensor has not been measured.
     pub sequence: u64,
-    /// Its current pose in the world frame: x y z in m, quaternion x y z w.
+    /// Current pose of the sensor in the world frame: x y z in m, quaternion x y z w.
     pub pose: [f64; 7],
-    /// Outline of its beams, in the sensor's frame.
+    /// Outline of the sensor's beams, in the sensor's frame.
     pub edges: Vec<Edge>,
-    /// Its fields, in the order of their declaration.
+    /// Fields of the reading, in the order of their declaration.
     pub fields: Vec<Field>,
 }
 
 /// A field of a reading.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Field {
-    /// Its name, `schema.field`.
+    /// Name of the field, `schema.field`.
     pub name: String,
-    /// Its unit, if it has one.
+    /// Unit of the field, if it has one.
     pub unit: Option<String>,
     /// Elements along each axis, outermost first; unused axes are 1.
     pub dims: [u32; 3],
-    /// Its value.
+    /// Value of the field.
     pub value: Value,
 }
 

@@ -69,7 +69,7 @@ impl Session {
         session::rest(world.cell(), &self.cell)
     }
 
-    /// Returns whether any service is working.
+    /// Returns whether any service is still working.
     pub fn has_services(&self) -> bool {
         self.cell.any_service()
     }

@@ -1,4 +1,4 @@
-//! Saving the state of a world, and restoring it.
+//! Saves and restores the state of a world.
 
 use tatu_errors::{Error, Result};
 
@@ -41,7 +41,7 @@ impl World {
             return Ok(());
         }
         let text = format!(
-            "the replay reached a different state at step {}: hash {hash:016x}, then {:016x}",
+            "the replay reached a different state at step {}: its hash is {hash:016x}, but the snapshot has {:016x}",
             snapshot.head.step, snapshot.head.hash
         );
         Err(Error::new("E504", text).help(

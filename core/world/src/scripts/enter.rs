@@ -59,7 +59,7 @@ pub(super) fn enter_with_error(
     frame.n_results = 0;
     let Some(level) = calls.enter() else {
         frame.error = calls.error_at(calls.depth.get());
-        return say(frame.error, TATU_ERR_BUSY, &format!("calls nest more than {MAX_DEPTH} deep"));
+        return say(frame.error, TATU_ERR_BUSY, &format!("calls are nested more than {MAX_DEPTH} deep"));
     };
     let error = calls.error_at(level.depth);
     frame.error = if carried.is_null() { error } else { carried };
@@ -172,7 +172,7 @@ pub(crate) fn keep_func(world: &WorldCell, func: tatu_func) -> Option<tatu_func>
     (kept != 0).then_some(script.id.get() << 32 | u64::from(kept))
 }
 
-/// Releases a function reference that was kept.
+/// Releases a function reference that [`keep_func`] returned.
 pub(crate) fn drop_func(world: &WorldCell, func: tatu_func) {
     let Some((script, local)) = owner_of_func(world, func) else { return };
     if let Some(drop) = script.raw(&world.model.registry).drop_func {

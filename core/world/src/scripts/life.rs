@@ -3,11 +3,11 @@
 //! | moment | child scripts | customization scripts, add-ons, sandbox |
 //! |---|---|---|
 //! | a pass while stopped | | begin if they have not; threads, `nonSimulation` |
-//! | start | states are made | `beforeSimulation` |
+//! | start | states are created | `beforeSimulation` |
 //! | each pass | `beforeStep`; begin if they have not; threads, `actuation`; `sensing` | the same |
 //! | a pause | `suspend`, `suspended` in each pass, `resume` | the same |
 //! | end of the last pass | `cleanup`, states end | |
-//! | scene is back | | `afterSimulation` |
+//! | scene restored | | `afterSimulation` |
 //! | end of the world | | `cleanup` |
 //!
 //! A driver (a script of kind `main`) is called before the other scripts, and requests the stages in which they act.
@@ -20,7 +20,7 @@ use super::answers::entry;
 use crate::cell::{Callback, Kind, Phase, Script, Scripts, WorldCell};
 
 impl Scripts {
-    /// Creates the states of scripts that have none yet and loads their sources: of child scripts and the driver if
+    /// Creates the states of scripts that have no state yet and loads their sources: of child scripts and the driver if
     /// `of_run` is set, otherwise of all others.
     pub fn begin(world: &WorldCell, of_run: bool) {
         let (mut i, mut any) = (0, of_run);
@@ -87,7 +87,7 @@ impl Scripts {
         Self::each_has(world, Callback::BeforeSimulation);
     }
 
-    /// Calls `beforeStep` before the stages of a pass; returns whether a script wants the pass to be skipped.
+    /// Calls `beforeStep` before the stages of a pass; returns whether a script requests that the pass be skipped.
     pub fn before_step(world: &WorldCell) -> bool {
         let mut hold = false;
         if Self::any_has(world, Callback::BeforeStep) {

@@ -4,7 +4,7 @@
 //! - `script`: one script's callbacks and waits; `answers`: requests in the answers of callbacks;
 //! - `parallel_scripts`: scripts that run on several threads at once;
 //! - `enter`: the common path into a script's language, with budget, caller and errors;
-//! - `reload`: replacing the source of a running script;
+//! - `reload`: replaces the source of a running script;
 //! - `snapshot`: scripts in snapshots.
 
 mod answers;
@@ -37,7 +37,7 @@ impl Scripts {
         }
     }
 
-    /// Adds a script that belongs to an object, or to none if `owner` is 0. Returns the slot of the script's own
+    /// Adds a script that belongs to an object, or to no object if `owner` is 0. Returns the slot of the script's own
     /// object, or `None` if no slot is free or its kind is unknown.
     pub fn add(world: &WorldCell, owner: u32, spec: &ScriptSpec) -> Option<u32> {
         let kind = Kind::parse(&spec.kind)?;
@@ -109,7 +109,7 @@ impl Scripts {
         all.into()
     }
 
-    /// Chooses the order of the world: that of the first language that has one.
+    /// Chooses the calling order of the world: that of the first language that defines one.
     fn choose_order(world: &WorldCell) {
         let all = world.run.scripts.borrow().list.clone();
         let modern = all.iter().any(|s| s.traits.get() & TATU_SCRIPT_MODERN != 0);
@@ -164,7 +164,7 @@ impl Scripts {
         }
     }
 
-    /// Notifies the scripts of sensors that these have measured, in order.
+    /// Notifies the scripts of sensors that the sensors have been measured, in order.
     pub fn measured(world: &WorldCell, sensors: &[u32]) {
         if !Self::any_has(world, Callback::Measured) {
             return;
@@ -253,8 +253,8 @@ impl Scripts {
 }
 
 impl Scripts {
-    /// Makes the scripts of the scene those of an earlier state, whose objects must exist again. Scripts that are the
-    /// same continue. If `texts` is not set, scripts that still exist keep their present texts.
+    /// Restores the scripts of the scene to those of an earlier state, whose objects must exist again. Unchanged
+    /// scripts continue. If `texts` is not set, scripts that still exist keep their present texts.
     pub fn restore(world: &WorldCell, wanted: &[(u32, ScriptSpec)], texts: bool) {
         let default = world.model.settings.borrow().dialect.clone();
         let mut replaced = Vec::new();

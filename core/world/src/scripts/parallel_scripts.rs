@@ -142,7 +142,7 @@ fn settle_one(world: &WorldCell, order: &[Rc<Script>], effect: DeferredEffect, a
     }
 }
 
-/// Applies the drives that parallel scripts have set, up to the first effect of another kind. Returns how many.
+/// Applies the drives that parallel scripts have set, up to the first effect of another kind. Returns their number.
 fn set_drives(world: &WorldCell, effects: &[DeferredEffect]) -> usize {
     let (Ok(mut scene), Ok(mut dynamics)) = (world.state.scene.try_borrow_mut(), world.state.dynamics.try_borrow_mut())
     else {
@@ -203,8 +203,8 @@ impl Stage<'_> {
         script.ask_and(cell, number, &[], |status, error| {
             let kept = kept(error);
             let blame = cell.run.calls.blame.borrow_mut().take();
-            // The drives that it set come before the failure, which may lead to its clean-up: the clean-up must
-            // override them.
+            // The drives that the script has set are recorded before its failure, which may cause its clean-up: the
+            // clean-up must override them.
             worker.end_script();
             worker.note(DeferredEffect::Failed(at, status, Box::new((kept, blame))));
         });

@@ -1,4 +1,4 @@
-//! Replaces a running script by one with a new source, or with a different version of its language.
+//! Replaces a running script with one that has a new source, or a different version of its language.
 
 use std::rc::Rc;
 
@@ -38,7 +38,7 @@ impl Scripts {
         world.run.scripts.borrow().list.iter().filter(|s| s.kind >= Kind::Addon).cloned().collect()
     }
 
-    /// Replaces a script by a new one and passes the state on. The caller must still [end](Script::end_replaced) the
+    /// Replaces a script with a new one and passes the state on. The caller must still [end](Script::end_replaced) the
     /// old one.
     pub fn replace(world: &WorldCell, old: &Rc<Script>, new: &Rc<Script>, image: Option<Written>) -> Handed {
         if let Some(place) = world.run.scripts.borrow_mut().list.iter_mut().find(|s| Rc::ptr_eq(s, old)) {

@@ -85,8 +85,8 @@ impl Script {
         let mut chosen = raw(&[]);
         let (text, name, dialect) = (raw(&self.text), raw(self.name.as_bytes()), raw(self.wanted_dialect.as_bytes()));
         let load = || {
-            // SAFETY: `data` points to the instance that `create` made. The texts, `chosen` and the error object live
-            // until the call has returned.
+            // SAFETY: `data` points to the instance that `create` created. The texts, `chosen` and the error object
+            // live until the call has returned.
             language.raw.load.map_or(TATU_ERR, |f| unsafe { f(data, text, name, dialect, &mut chosen, error.fresh()) })
         };
         let status = world.cross(language.plugin, Call::ScriptLoad, self.slot, load);
@@ -113,7 +113,7 @@ impl Script {
             self.breach(
                 world,
                 Call::ScriptTraits,
-                &format!("returned the traits {traits:#x}, of which {known:#x} are known"),
+                &format!("returned the traits {traits:#x}, of which only {known:#x} are known"),
             );
         }
         let traits = if traits & !known == 0 { traits } else { 0 };
@@ -331,8 +331,8 @@ impl Script {
         self.dialect.set(raw(&[]));
         self.id.set(0);
         if let Some(destroy) = world.model.registry.languages[self.language].life.destroy {
-            // SAFETY: `data` was made by `create`, from a plugin that is never unloaded. It is destroyed only once,
-            // since it has been replaced by null.
+            // SAFETY: `data` was created by `create`, from a plugin that is never unloaded. It is destroyed only once,
+            // since it has been replaced with null.
             world.cross_quietly(self.plugin(world), Call::Destroy, self.slot, || unsafe { destroy(data) });
         }
     }
@@ -352,8 +352,8 @@ impl Script {
         }
     }
 
-    /// Reports an error of the script, once per place. Scripts of some dialects, and scripts from outside the document,
-    /// are silenced afterwards.
+    /// Reports an error of the script, once per position. Scripts of some dialects, and scripts from outside the
+    /// document, are silenced afterwards.
     pub(super) fn fail(&self, world: &WorldCell, status: tatu_status, error: *const tatu_error) {
         let fault = self.fault(world, status, error);
         if status == TATU_ERR_BUDGET {

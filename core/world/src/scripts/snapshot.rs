@@ -111,7 +111,7 @@ impl Scripts {
 }
 
 impl Script {
-    /// Returns the state that the script's language saves. A script that is not initialised or is dead has none.
+    /// Returns the state that the script's language saves. A script that is not initialised or is dead has no state.
     pub(super) fn save(&self, world: &WorldCell) -> Result<InstanceImage, String> {
         if !self.initialised.get() || self.dead.get() || self.data.get().is_null() {
             return Ok(InstanceImage::default());

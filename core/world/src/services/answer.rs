@@ -6,8 +6,8 @@ use crate::cell::{Calls, Function, WorldCell};
 
 /// The parts of the world that every host function may use: the message of a refusal, and memory to lend.
 ///
-/// A function that calls no plugin takes a separate context, with an answer and the parts of the world that it needs;
-/// see [`with`]. A function that may call a plugin takes the whole world.
+/// A function that calls no plugin receives a separate context, with an answer and the parts of the world that it
+/// needs; see [`with`]. A function that may call a plugin receives the whole world.
 #[derive(Clone, Copy)]
 pub(super) struct Answer<'a> {
     pub calls: &'a Calls,
@@ -57,7 +57,7 @@ pub(super) fn alone<'a>(world: WorldRef<'a>, function: Function) -> Option<&'a W
     here_now(world, function).filter(|cell| cell.worker.is_none())
 }
 
-/// Returns an argument or a place for a result, and refuses null.
+/// Returns an argument or a reference to the memory for a result, and refuses null.
 #[inline]
 pub(super) fn place<'a, T>(answer: impl Into<Answer<'a>>, what: &str, given: Option<T>) -> Result<T, tatu_status> {
     given.ok_or_else(|| refuse_null(answer, what))
@@ -135,9 +135,9 @@ pub(super) fn refuse_frame<'a>(answer: impl Into<Answer<'a>>, frame: *const tatu
         // SAFETY: `frame` is not null here, and points to a frame that is valid during the call and begins with its
         // size.
         false if (unsafe { (*frame).size } as usize) < size_of::<tatu_call>() => {
-            "the size of the frame is that of no version of `tatu_call`"
+            "the size of the frame does not match any version of `tatu_call`"
         }
-        false => "expected arguments and room for results, found null",
+        false => "expected arrays for the arguments and the results, found null",
     };
     answer.into().calls.refuse(TATU_ERR_ARGUMENT, text)
 }
@@ -201,7 +201,7 @@ pub(super) fn lend<'a>(answer: impl Into<Answer<'a>>, text: &[u8]) -> Result<Len
     if room.is_null() {
         return Err(TATU_ERR_SPACE);
     }
-    // SAFETY: `room` points to `text.len()` bytes in the arena, which are kept until the plugin's call returns or
+    // SAFETY: `room` points to `text.len()` bytes in the arena, which stay allocated until the plugin's call returns or
     // releases a mark.
     unsafe {
         std::ptr::copy_nonoverlapping(text.as_ptr(), room, text.len());
@@ -214,10 +214,11 @@ pub(super) fn lend<'a>(answer: impl Into<Answer<'a>>, text: &[u8]) -> Result<Len
 pub(super) fn give<'a>(answer: impl Into<Answer<'a>>, value: &Value, out: Option<&mut ValueRef<'a>>) -> Done {
     let answer = answer.into();
     let Ok(mut arena) = answer.calls.arena.try_borrow_mut() else { return Err(busy(answer)) };
-    let out = place(answer, "a place for the value", out)?;
+    let out = place(answer, "a pointer for the value", out)?;
     match value.to_raw(&mut *arena) {
         Some(raw) => {
-            // SAFETY: `raw` points into the arena, which is kept until the plugin's call returns or releases a mark.
+            // SAFETY: `raw` points into the arena, which stays allocated until the plugin's call returns or releases a
+            // mark.
             *out = unsafe { ValueRef::new(raw) };
             Ok(())
         }

@@ -1,43 +1,46 @@
-//! Properties of objects by path, for programs that drive a world: between two steps, without a plugin.
+//! Access to properties of objects by path, for programs that drive a world, between two steps.
 
-use tatu_errors::Refusal;
+use tatu_errors::{Refusal, nearest};
 use tatu_plugin_api::{abi::*, safe::Value};
+use tatu_scene::{Data, rows::rows_of};
 
 use super::{answer::Done, properties};
 use crate::{cell::WorldCell, run::World};
 
 impl World {
-    /// A property of an object by path or unique name: a row such as `joint.position`, or a parameter or command of a
-    /// sensor or actuator, `<kind>.<key>`. An empty path is the world itself: `scene.time`.
+    /// Returns a property of an object, given by path or unique name: a row such as `joint.position`, or a parameter or
+    /// command of a sensor or actuator, `<kind>.<key>`. An empty path is the world itself, with keys such as
+    /// `scene.time`.
     ///
     /// # Errors
     /// There is no such object or property.
     pub fn get(&self, path: &str, key: &str) -> Result<Value, Refusal> {
         let cell = &**self.cell();
         let object = find(cell, path)?;
-        properties::read(cell, object, number(cell, key)).map_err(|status| why(cell, status))
+        properties::read(cell, object, number(cell, key)).map_err(|status| why_not(cell, status, object, key))
     }
 
-    /// Sets a property of an object, likewise, as a script would. It stands in no input log.
+    /// Sets a property of an object, as a script would; path and key are as for [`get`](Self::get). The change is not
+    /// recorded in the input log.
     ///
     /// # Errors
-    /// There is no such object or property, the value does not fit, or a plugin refuses it.
+    /// There is no such object or property, the value is invalid, or a plugin refuses it.
     pub fn set(&self, path: &str, key: &str, value: &Value) -> Result<(), Refusal> {
         let cell = &**self.cell();
         let object = find(cell, path)?;
         let done: Done = properties::write(cell, object, number(cell, key), value.clone());
-        done.map_err(|status| why(cell, status))?;
+        done.map_err(|status| why_not(cell, status, object, key))?;
         cell.restore_process_state("a change by the program");
         Ok(())
     }
 }
 
-/// Numbers of an object, found once by [`World::channel`] and then read or set in each step.
+/// Numbers of an object that are looked up once by [`World::channel`], and then read or set in each step.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Channel {
     object: tatu_object,
     source: Source,
-    /// How many numbers it has, along each axis; empty for a single number.
+    /// Number of elements along each axis; empty for a single number.
     pub shape: Vec<usize>,
 }
 
@@ -62,7 +65,7 @@ impl World {
             return Ok(Channel { object, source: Source::Field(field), shape });
         }
         let prop = number(cell, name);
-        let value = properties::read(cell, object, prop).map_err(|status| why(cell, status))?;
+        let value = properties::read(cell, object, prop).map_err(|status| why_not(cell, status, object, name))?;
         let shape = match &value {
             Value::Bool(_) | Value::Int(_) | Value::Float(_) => Vec::new(),
             Value::Floats(v) => vec![v.len()],
@@ -72,11 +75,12 @@ impl World {
         Ok(Channel { object, source: Source::Property(prop), shape })
     }
 
-    /// Reads the current numbers of a channel into `out`, which has as many elements as its shape says. A reading that
-    /// has become shorter is filled with NaN, and of a longer one the rest is left out.
+    /// Reads the current numbers of a channel into `out`, which must have as many elements as the shape of the channel.
+    /// If a reading has become shorter, the rest of `out` is filled with NaN; if it has become longer, its excess is
+    /// omitted.
     ///
     /// # Errors
-    /// The object no longer exists, or has lost the property.
+    /// The object or the property no longer exists.
     pub fn read_channel(&self, channel: &Channel, out: &mut [f64]) -> Result<(), Refusal> {
         let cell = &**self.cell();
         let value = match channel.source {
@@ -96,10 +100,10 @@ impl World {
         Ok(())
     }
 
-    /// Sets the property of a channel; `numbers` has as many elements as its shape says.
+    /// Sets the property of a channel; `numbers` must have as many elements as the shape of the channel.
     ///
     /// # Errors
-    /// It is a reading, which cannot be set, or as for [`set`](Self::set).
+    /// The channel is a reading, which cannot be set; otherwise as for [`set`](Self::set).
     pub fn write_channel(&self, channel: &Channel, numbers: &[f64]) -> Result<(), Refusal> {
         let cell = &**self.cell();
         let Source::Property(prop) = channel.source else {
@@ -134,7 +138,7 @@ fn field(cell: &WorldCell, object: tatu_object, name: &str) -> Option<(usize, Ve
     }
 }
 
-/// Writes the numbers of a value, then NaN.
+/// Copies the numbers of a value to `out`, and fills the rest with NaN.
 fn fill(value: &Value, out: &mut [f64]) {
     fn put(out: &mut [f64], numbers: impl Iterator<Item = f64>) -> usize {
         let mut n = 0;
@@ -172,7 +176,44 @@ fn number(cell: &WorldCell, key: &str) -> tatu_prop {
     cell.model.registry.host().number(key)
 }
 
-/// The sentence of the last refusal.
+/// Returns a refusal with this status and the message of the last refusal.
 fn why(cell: &WorldCell, status: tatu_status) -> Refusal {
     Refusal(status, cell.run.calls.last.borrow().text())
+}
+
+/// Like [`why`], for an object that may lack the property: names a similar one that it has.
+fn why_not(cell: &WorldCell, status: tatu_status, object: tatu_object, key: &str) -> Refusal {
+    let mut refusal = why(cell, status);
+    if matches!(status, TATU_ERR_MISSING | TATU_ERR_ARGUMENT)
+        && let Some(near) = nearest_property(cell, object, key)
+    {
+        refusal.1.push_str(&format!("; did you mean `{near}`?"));
+    }
+    refusal
+}
+
+/// Returns the property or field of an object whose name is most similar to one that it lacks.
+fn nearest_property(cell: &WorldCell, object: tatu_object, key: &str) -> Option<String> {
+    let scene = cell.state.scene.borrow();
+    let data = scene.resolve(object).ok().and_then(|slot| scene.get(slot));
+    let mut names: Vec<String> = rows_of(data.map(|o| o.kind())).map(|row| row.key.to_owned()).collect();
+    let registry = &cell.model.registry;
+    let declared = match data.map(|o| &o.data) {
+        Some(Data::Sensor(s)) => {
+            names.extend(registry.sensors[s.kind].fields.iter().map(|f| f.name.clone()));
+            Some((&registry.sensors[s.kind].id, &registry.sensors[s.kind].params))
+        }
+        Some(Data::Actuator(a)) => Some((&registry.actuators[a.kind].id, &registry.actuators[a.kind].params)),
+        _ => None,
+    };
+    if let Some((kind, params)) = declared {
+        names.extend(params.iter().map(|p| format!("{kind}.{}", p.key)));
+    }
+    if names.iter().any(|name| name == key) {
+        return None;
+    }
+    // The prefix counts for little: `target_velocity` is meant as `joint.target_velocity`.
+    let last = |name: &str| name.rsplit('.').next().map(str::to_owned);
+    let same = names.iter().find(|name| last(name) == last(key));
+    same.map(String::as_str).or_else(|| nearest(key, names.iter().map(String::as_str))).map(str::to_owned)
 }

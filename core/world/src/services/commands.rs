@@ -77,7 +77,7 @@ extern "C" fn generation(w: WorldRef<'_>) -> u64 {
 
 extern "C" fn constant<'a>(w: WorldRef<'a>, name: Lent<'_>, out: Option<&mut ValueRef<'a>>) -> tatu_status {
     here(w, Function::looks("commands.constant"), |world| {
-        let out = place(world, "a place for the value", out)?;
+        let out = place(world, "a pointer for the value", out)?;
         let name = name.text();
         match world.model.registry.constants.get(name.as_ref()) {
             Some(c) => {
@@ -106,7 +106,8 @@ unsafe extern "C" fn wake(host: *const tatu_host, ticket: u64, result: Lent<'_>)
     if result.len() > MOST_RESULT_BYTES {
         return TATU_ERR_ARGUMENT;
     }
-    // SAFETY: the header requires `host` to be null or the host pointer that the plugin was given, which is never freed.
+    // SAFETY: the header requires `host` to be null or the host pointer that the plugin was given, which is never
+    // freed.
     match unsafe { HostTables::deliver_at(host, ticket, result) } {
         true => TATU_OK,
         false => TATU_ERR_MISSING,
@@ -121,8 +122,8 @@ extern "C" fn prelude<'a>(
     out: Option<&mut Lent<'a>>,
 ) -> tatu_status {
     here(w, Function::looks("commands.prelude"), |world| {
-        let module = place(world, "a place for the module", module)?;
-        let out = place(world, "a place for the text", out)?;
+        let module = place(world, "a pointer for the module", module)?;
+        let out = place(world, "a pointer for the text", out)?;
         let language = language.text();
         match world.model.registry.preludes.iter().filter(|p| p.language == language).nth(index as usize) {
             Some(p) => {
@@ -164,7 +165,7 @@ extern "C" fn retain(w: WorldRef<'_>, func: tatu_func, kept: Option<&mut tatu_fu
     };
     on(w, Function::acts("commands.retain"), |world| match last(world) {
         Some(f) => {
-            let kept = place(world, "a place for the function", kept)?;
+            let kept = place(world, "a pointer for the function", kept)?;
             *kept = f;
             Ok(())
         }

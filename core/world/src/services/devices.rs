@@ -42,7 +42,7 @@ fn meaning(world: &WorldCell, scene: &Scene, slot: u32, prop: tatu_prop) -> Opti
     }
 }
 
-/// Refuses an unknown key; the message names the nearest key and all others.
+/// Refuses an unknown key; the message names the nearest key or, if none is similar, all keys of the object's kind.
 fn missing(world: &WorldCell, scene: &Scene, slot: u32, prop: tatu_prop) -> tatu_status {
     let key = world.model.registry.host().key(prop).unwrap_or_default();
     let mut text = format!("object {slot} `{}` has no property `{key}`", scene.path(slot));
@@ -56,7 +56,7 @@ fn missing(world: &WorldCell, scene: &Scene, slot: u32, prop: tatu_prop) -> tatu
         let known: Vec<String> = info.declared().map(|d| format!("{}.{}", info.id, d.key)).collect();
         match nearest(&key, known.iter().map(String::as_str)) {
             Some(near) => text += &format!("; did you mean `{near}`?"),
-            None if !known.is_empty() => text += &format!("; of its kind it has {}", known.join(", ")),
+            None if !known.is_empty() => text += &format!("; objects of its kind have {}", known.join(", ")),
             None => {}
         }
     }
@@ -145,7 +145,7 @@ impl Stop {
 /// Slot, full handle and name of a device's object.
 type Whose<'a> = (u32, tatu_object, &'a str);
 
-/// Changes a parameter of a sensor. A live parameter is passed to the instance, which is then asked for its beams;
+/// Changes a parameter of a sensor. A live parameter is passed to the instance, whose beams are then requested again;
 /// otherwise the instance is recreated. No borrow is held while the plugin is called.
 fn set_of_sensor(world: &WorldCell, whose: Whose<'_>, (kind, at): (usize, usize), value: Value) -> Result<(), Stop> {
     let (slot, ..) = whose;
@@ -204,7 +204,7 @@ fn new_sensor(world: &WorldCell, (slot, owner, name): Whose<'_>, kind: usize, pa
     let mut made = create_sensor(world, kind, slot, instance, params).map_err(Stop::Refused)?;
     let old = {
         let mut sensing = world.devices.sensing.try_borrow_mut().map_err(|_| Stop::Busy)?;
-        // The settings in the scene must be applied before the sensor measures.
+        // The settings in the scene must be applied before the sensor is measured.
         sensing.unsettle();
         let place = sensing.devices.iter_mut().find(|d| d.slot == slot);
         place.map(|d| {

@@ -30,7 +30,7 @@ pub static TABLE: tatu_host_edits = tatu_host_edits {
     kind: Some(kind),
 };
 
-/// Name under which a text that is added is read; it is in errors.
+/// File name under which an added text is read, for errors.
 const ADDED: &str = "added.toml";
 
 fn refuse(world: &WorldCell, e: &Error) -> tatu_status {
@@ -42,7 +42,7 @@ extern "C" fn begin(w: WorldRef<'_>, label: Lent<'_>, merge: Lent<'_>) -> tatu_s
     on(w, Function::acts("edits.begin"), |world| {
         free(world)?;
         if label.bytes().is_empty() {
-            return Err(world.run.calls.refuse(TATU_ERR_ARGUMENT, "an edit needs a label that says what it does"));
+            return Err(world.run.calls.refuse(TATU_ERR_ARGUMENT, "an edit needs a label that describes it"));
         }
         edits::begin(world, &label.text(), &merge.text());
         Ok(())
@@ -58,7 +58,7 @@ extern "C" fn end(w: WorldRef<'_>, keep: u32) -> tatu_status {
 
 extern "C" fn step_back<'a>(w: WorldRef<'a>, redo: u32, label: Option<&mut Lent<'a>>) -> tatu_status {
     on(w, Function::acts("edits.step_back"), |world| {
-        let out = place(world, "a place for the label", label)?;
+        let out = place(world, "a pointer for the label", label)?;
         free(world)?;
         match edits::step_back(world, redo != 0).map_err(|e| refuse(world, &e))? {
             Some(label) => {
@@ -84,10 +84,10 @@ extern "C" fn save(w: WorldRef<'_>, file: Lent<'_>, flags: u32) -> tatu_status {
         let path = PathBuf::from(file.text().into_owned());
         if is_script && (file.bytes().is_empty() || saving::is_own(world, &path)) {
             let text =
-                "only the page, remote clients and the program save into the scene's own file; name another file";
+                "only the page, remote clients and the program can save to the scene's own file; name another file";
             return Err(world.run.calls.refuse(TATU_ERR_UNSUPPORTED, text));
         }
-        // A replay computes again, and writes nothing; but what follows a save is an edit of its own.
+        // A replay recomputes the run and writes no files. The save is still noted, because it separates edits.
         if world.run.outside.replay.borrow().is_some() {
             world.model.history.borrow_mut().note_saved();
             return Ok(());
@@ -100,7 +100,7 @@ extern "C" fn copy(w: WorldRef<'_>, discard: u32) -> tatu_status {
     on(w, Function::acts("edits.copy"), |world| {
         free(world)?;
         if discard != 0 && world.run.calls.caller.get().script != 0 {
-            let text = "only the page, remote clients and the program discard the copy of unsaved edits";
+            let text = "only the page, remote clients and the program can discard the copy of unsaved edits";
             return Err(world.run.calls.refuse(TATU_ERR_UNSUPPORTED, text));
         }
         if world.run.outside.replay.borrow().is_some() {
@@ -121,7 +121,7 @@ extern "C" fn open(w: WorldRef<'_>, file: Lent<'_>, how: u32) -> tatu_status {
             TATU_OPEN_FILE => None,
             TATU_OPEN_NEW => Some(recovery::new_scene(&file).map_err(|e| refuse(world, &e))?),
             TATU_OPEN_RECOVERED => Some(recovery::read(world, &file).map_err(|e| refuse(world, &e))?),
-            _ => return Err(world.run.calls.refuse(TATU_ERR_ARGUMENT, &format!("unknown way to open: {how}"))),
+            _ => return Err(world.run.calls.refuse(TATU_ERR_ARGUMENT, &format!("unknown mode of opening: {how}"))),
         };
         switch_to(world, file, sources)
     })
@@ -140,7 +140,7 @@ extern "C" fn kind<'a>(w: WorldRef<'a>, index: u32, out: Option<&mut ValueRef<'a
 
 extern "C" fn add(w: WorldRef<'_>, text: Lent<'_>, parent: tatu_object, out: Option<&mut tatu_object>) -> tatu_status {
     on(w, Function::acts("edits.add"), |world| {
-        let out = place(world, "a place for the object", out)?;
+        let out = place(world, "a pointer for the object", out)?;
         let parent = parent_of(world, parent)?;
         free(world)?;
         let folder = world.model.document.file.as_deref().and_then(Path::parent).unwrap_or(Path::new(""));

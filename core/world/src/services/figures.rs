@@ -1,5 +1,7 @@
 //! `tatu.host.figures`: streams and curves of graphs, and drawings.
 
+use std::cell::RefCell;
+
 use nalgebra::Isometry3;
 use tatu_devices::figures::{Drawing, Figures};
 use tatu_errors::Refusal;
@@ -10,7 +12,7 @@ use tatu_scene::{
 };
 
 use super::{
-    answer::{Done, busy, fill, give, on, place, slot},
+    answer::{Answer, Done, busy, fill, give, on, place, slot, with},
     properties::refusal,
 };
 use crate::cell::{Function, WorldCell};
@@ -27,17 +29,35 @@ pub static TABLE: tatu_host_figures = tatu_host_figures {
     image: Some(super::shown::image),
 };
 
-/// Calls `f` with the figures of a world.
-fn with<T>(world: &WorldCell, f: impl FnOnce(&Scene, &mut Figures) -> Result<T, Refusal>) -> Result<T, tatu_status> {
-    let scene = world.state.scene.try_borrow().map_err(|_| busy(world))?;
-    let mut all = world.devices.figures.try_borrow_mut().map_err(|_| busy(world))?;
-    f(&scene, &mut all).map_err(|r| refusal(world, r))
+/// The parts of the world used by functions that access figures.
+struct Context<'a> {
+    scene: &'a RefCell<Scene>,
+    figures: &'a RefCell<Figures>,
+    /// Maximum size of all drawings, bytes.
+    room: u64,
+    answer: Answer<'a>,
 }
 
-/// Returns the full handle of an object given by a caller.
-fn full(world: &WorldCell, object: tatu_object) -> Result<tatu_object, tatu_status> {
-    let scene = world.state.scene.try_borrow().map_err(|_| busy(world))?;
-    Ok(scene.id(slot(world, &scene, object)?))
+impl<'a> From<&'a WorldCell> for Context<'a> {
+    fn from(world: &'a WorldCell) -> Self {
+        let room = world.store_room();
+        Context { scene: &world.state.scene, figures: &world.devices.figures, room, answer: world.into() }
+    }
+}
+
+impl Context<'_> {
+    /// Calls `f` with the scene and the figures.
+    fn edit<T>(&self, f: impl FnOnce(&Scene, &mut Figures) -> Result<T, Refusal>) -> Result<T, tatu_status> {
+        let scene = self.scene.try_borrow().map_err(|_| busy(self.answer))?;
+        let mut all = self.figures.try_borrow_mut().map_err(|_| busy(self.answer))?;
+        f(&scene, &mut all).map_err(|Refusal(code, text)| self.answer.calls.refuse(code, &text))
+    }
+
+    /// Returns the full handle of an object given by a caller.
+    fn full(&self, object: tatu_object) -> Result<tatu_object, tatu_status> {
+        let scene = self.scene.try_borrow().map_err(|_| busy(self.answer))?;
+        Ok(scene.id(slot(self.answer, &scene, object)?))
+    }
 }
 
 fn missing<T>(what: &str, id: i64) -> Result<T, Refusal> {
@@ -45,8 +65,8 @@ fn missing<T>(what: &str, id: i64) -> Result<T, Refusal> {
 }
 
 /// Converts a map given by a caller.
-fn keys(world: &WorldCell, map: Option<&ValueRef<'_>>) -> Result<Option<Value>, tatu_status> {
-    map.map(|map| map.to_value()).transpose().map_err(|e| world.run.calls.refuse(e.code(), e.text()))
+fn keys(answer: Answer<'_>, map: Option<&ValueRef<'_>>) -> Result<Option<Value>, tatu_status> {
+    map.map(|map| map.to_value()).transpose().map_err(|e| answer.calls.refuse(e.code(), e.text()))
 }
 
 extern "C" fn add(
@@ -56,13 +76,13 @@ extern "C" fn add(
     map: Option<&ValueRef<'_>>,
     out: Option<&mut i64>,
 ) -> tatu_status {
-    on(w, Function::acts("figures.add"), |world| {
-        let out = place(world, "a place for the number", out)?;
-        let Some(map) = keys(world, map)? else {
-            return Err(world.run.calls.refuse(TATU_ERR_ARGUMENT, "expected a map of keys, found null"));
+    with(w, Function::acts("figures.add"), |c: Context<'_>| {
+        let out = place(c.answer, "a pointer for the number", out)?;
+        let Some(map) = keys(c.answer, map)? else {
+            return Err(c.answer.calls.refuse(TATU_ERR_ARGUMENT, "expected a map of keys, found null"));
         };
-        let owner = if what == TATU_FIGURE_DRAWING { 0 } else { full(world, object)? };
-        let id = with(world, |scene, all| match what {
+        let owner = if what == TATU_FIGURE_DRAWING { 0 } else { c.full(object)? };
+        let id = c.edit(|scene, all| match what {
             TATU_FIGURE_STREAM => all.graph(scene, owner)?.add_stream(StreamSpec::from_value(&map)?),
             TATU_FIGURE_CURVE => all.graph(scene, owner)?.add_curve(CurveSpec::from_value(&map)?),
             TATU_FIGURE_COPY => {
@@ -73,7 +93,7 @@ extern "C" fn add(
                 all.remove_orphans(scene);
                 let mut drawing = Drawing::from_value(&map)?;
                 if drawing.parent != 0 {
-                    let gone = |_| Refusal(TATU_ERR_GONE, "the parent of the drawing is not there".into());
+                    let gone = |_| Refusal(TATU_ERR_GONE, "the parent of the drawing no longer exists".into());
                     drawing.parent = scene.id(scene.resolve(drawing.parent).map_err(gone)?);
                 }
                 all.draw(drawing)
@@ -86,10 +106,10 @@ extern "C" fn add(
 }
 
 extern "C" fn change(w: WorldRef<'_>, object: tatu_object, id: i64, map: Option<&ValueRef<'_>>) -> tatu_status {
-    on(w, Function::acts("figures.change"), |world| {
-        let map = keys(world, map)?;
+    with(w, Function::acts("figures.change"), |c: Context<'_>| {
+        let map = keys(c.answer, map)?;
         if object == 0 {
-            return with(world, |_, all| match (map, all.drawings.remove(&id)) {
+            return c.edit(|_, all| match (map, all.drawings.remove(&id)) {
                 (None, Some(_)) => Ok(()),
                 (None, None) => missing("drawing", id),
                 (Some(_), found) => {
@@ -101,8 +121,8 @@ extern "C" fn change(w: WorldRef<'_>, object: tatu_object, id: i64, map: Option<
                 }
             });
         }
-        let owner = full(world, object)?;
-        with(world, |scene, all| {
+        let owner = c.full(object)?;
+        c.edit(|scene, all| {
             let graph = all.graph(scene, owner)?;
             match map {
                 Some(map) => {
@@ -128,12 +148,12 @@ unsafe extern "C" fn put(
 ) -> tatu_status {
     // SAFETY: the header requires `numbers` to be null or to hold `n` numbers for the whole call.
     unsafe {
-        on(w, Function::acts("figures.put"), |world| {
+        with(w, Function::acts("figures.put"), |c: Context<'_>| {
             let numbers =
                 if numbers.is_null() || n == 0 { &[][..] } else { std::slice::from_raw_parts(numbers, n as usize) };
-            let owner = if object == 0 { 0 } else { full(world, object)? };
-            let room = world.store_room();
-            let count = with(world, |scene, all| {
+            let owner = if object == 0 { 0 } else { c.full(object)? };
+            let room = c.room;
+            let count = c.edit(|scene, all| {
                 if owner == 0 {
                     all.remove_orphans(scene);
                     if !numbers.is_empty() && all.bytes() + 8 * numbers.len() as u64 > room {
@@ -158,12 +178,12 @@ unsafe extern "C" fn put(
                         let stream = graph.stream(id)?;
                         if !stream.spec.of.is_empty() {
                             let text =
-                                format!("the stream `{}` records by itself: it takes no numbers", stream.spec.name);
+                                format!("the stream `{}` records by itself: it accepts no numbers", stream.spec.name);
                             return Err(Refusal(TATU_ERR_ARGUMENT, text));
                         }
                         stream.given = Some(*x);
                     }
-                    _ => return Err(Refusal(TATU_ERR_ARGUMENT, "a stream takes one number".into())),
+                    _ => return Err(Refusal(TATU_ERR_ARGUMENT, "a stream accepts exactly one number".into())),
                 }
                 Ok(numbers.len())
             })?;
@@ -187,7 +207,7 @@ extern "C" fn record(w: WorldRef<'_>, object: tatu_object, time: f64) -> tatu_st
         }
         let done = match object {
             0 => crate::recording::record_due(world, time).map(drop),
-            one => crate::recording::record(world, full(world, one)?, time),
+            one => crate::recording::record(world, Context::from(world).full(one)?, time),
         };
         done.map_err(|r| refusal(world, r))
     })
@@ -203,9 +223,9 @@ unsafe extern "C" fn list(
 ) -> tatu_status {
     // SAFETY: the header requires `out` to be null or to have room for `cap` elements for the whole call.
     unsafe {
-        on(w, Function::looks("figures.list"), |world| {
-            let owner = if object == 0 { 0 } else { full(world, object)? };
-            let ids: Vec<i64> = with(world, |scene, all| {
+        with(w, Function::looks("figures.list"), |c: Context<'_>| {
+            let owner = if object == 0 { 0 } else { c.full(object)? };
+            let ids: Vec<i64> = c.edit(|scene, all| {
                 all.remove_orphans(scene);
                 Ok(match what {
                     TATU_FIGURE_STREAM => all.graph(scene, owner)?.streams.iter().map(|s| s.id).collect(),
@@ -226,16 +246,16 @@ extern "C" fn get<'a>(
     numbers: u32,
     out: Option<&mut ValueRef<'a>>,
 ) -> tatu_status {
-    on(w, Function::looks("figures.get"), |world| -> Done {
-        let owner = if object == 0 { 0 } else { full(world, object)? };
-        let value = with(world, |scene, all| match owner {
+    with(w, Function::looks("figures.get"), |c: Context<'a>| -> Done {
+        let owner = if object == 0 { 0 } else { c.full(object)? };
+        let value = c.edit(|scene, all| match owner {
             0 => match all.drawings.get(&id) {
                 Some(d) => Ok(of_drawing(d, scene, numbers != 0)),
                 None => missing("drawing", id),
             },
             _ => of_graph(all.graph(scene, owner)?, id, numbers != 0),
         })?;
-        give(world, &value, out)
+        give(c.answer, &value, out)
     })
 }
 

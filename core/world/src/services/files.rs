@@ -29,7 +29,7 @@ impl<'a> From<&'a WorldCell> for Context<'a> {
 
 extern "C" fn resolve<'a>(w: WorldRef<'a>, name: Lent<'_>, mode: u32, out: Option<&mut Lent<'a>>) -> tatu_status {
     with(w, Function::looks("files.resolve"), |c: Context<'_>| {
-        let out = place(c.answer, "a place for the path", out)?;
+        let out = place(c.answer, "a pointer for the path", out)?;
         let mode = if mode == TATU_FILE_WRITE { TATU_FILE_WRITE } else { TATU_FILE_READ };
         let name = name.text();
         let path = c.folders.resolve(Path::new(name.as_ref()), mode).map_err(|why| refuse(c.answer, why))?;
@@ -48,7 +48,7 @@ extern "C" fn open(w: WorldRef<'_>, name: Lent<'_>, mode: u32, out: Option<&mut 
         _ => Function::acts("files.open"),
     };
     with(w, function, |c: Context<'_>| {
-        let out = place(c.answer, "a place for the file", out)?;
+        let out = place(c.answer, "a pointer for the file", out)?;
         if !makes_sense(mode) {
             let text = format!("files.open: {mode} is not a valid combination of TATU_FILE_*");
             return Err(c.answer.calls.refuse(TATU_ERR_ARGUMENT, &text));
@@ -61,8 +61,8 @@ extern "C" fn open(w: WorldRef<'_>, name: Lent<'_>, mode: u32, out: Option<&mut 
     })
 }
 
-/// Returns whether a combination of mode bits is valid: the file is opened, for at most one way of writing, and options
-/// for writing are set only with it.
+/// Returns whether a combination of mode bits is valid: the file is opened for reading, for writing or both; writing
+/// and appending exclude each other; options for writing are set only if the file is opened for it.
 fn makes_sense(mode: u32) -> bool {
     let has = |bits| mode & bits != 0;
     let known =
@@ -75,8 +75,8 @@ fn makes_sense(mode: u32) -> bool {
         && (has(TATU_FILE_WRITE | TATU_FILE_APPEND) || !has(TATU_FILE_FOLDERS))
 }
 
-/// Records the name of a file that is opened for reading. The contents are not part of the input log, so that users of
-/// a log can be warned.
+/// Records the name of a file that is opened for reading. Its contents are not part of the input log; with the name,
+/// users of a log can be warned of this.
 fn note(outside: &Outside, name: &str, mode: u32) {
     if mode & TATU_FILE_READ != 0 {
         outside.opened.borrow_mut().insert(name.to_owned());

@@ -1,7 +1,7 @@
 //! The host functions of the plugin ABI: one file per table.
 //!
-//! Every function looks its world up, borrows one part of it, acts, and lets it go. A borrow that is refused (the
-//! caller is inside a measure, say) is an error, never a panic. `by_path` is for programs, not for plugins.
+//! Every function looks up its world, borrows one part of it, acts, and releases the part. A failed borrow (for example
+//! because the caller is inside a measure call) is an error, never a panic. `by_path` is for programs, not for plugins.
 
 mod answer;
 mod bodies;
@@ -32,7 +32,7 @@ use tatu_plugin_api::abi::*;
 use tatu_plugins::HostTables;
 use tatu_scene::rows::ROWS;
 
-/// Returns the tables that plugins get: an argument of [`Registry::load`](tatu_plugins::Registry::load).
+/// Returns the tables that are passed to plugins, as an argument of [`Registry::load`](tatu_plugins::Registry::load).
 pub fn host_tables() -> HostTables {
     HostTables::new(table, ROWS.iter().map(|row| row.key))
 }

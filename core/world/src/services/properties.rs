@@ -160,7 +160,7 @@ pub(super) fn write(world: &WorldCell, object: tatu_object, prop: tatu_prop, val
         _ => value,
     };
     if let Some(n) = (row == Row::Texture).then(|| world.model.document.lost_image(row, &value)).flatten() {
-        let text = format!("`{}`: image {n} is none of the scene's", row.info().key);
+        let text = format!("`{}`: the scene has no image {n}", row.info().key);
         return Err(world.run.calls.refuse(TATU_ERR_ARGUMENT, &text));
     }
     let set = || {
@@ -280,7 +280,8 @@ pub(super) fn read_numbers(world: &WorldCell, object: tatu_object, prop: tatu_pr
         Ok(Value::Floats(v)) if v.len() == out.len() => out.copy_from_slice(&v),
         Ok(_) => {
             let key = world.model.registry.host().key(prop).unwrap_or_default();
-            return Err(world.run.calls.refuse(TATU_ERR_ARGUMENT, &format!("`{key}` is not {} numbers", out.len())));
+            let text = format!("`{key}` does not consist of {} numbers", out.len());
+            return Err(world.run.calls.refuse(TATU_ERR_ARGUMENT, &text));
         }
         Err(status) => return Err(status),
     }

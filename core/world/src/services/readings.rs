@@ -30,7 +30,7 @@ fn device(world: &WorldCell, sensor: tatu_object) -> Result<usize, tatu_status> 
     let sensing = world.see(|w| &w.devices.sensing).ok_or_else(|| busy(world))?;
     sensing.index(slot).ok_or_else(|| {
         let kind = scene.get(slot).map_or("nothing", |o| tatu_scene::rows::kind_name(o.kind()));
-        let text = format!("object {slot} `{}` is a {kind}, and measures nothing", scene.path(slot));
+        let text = format!("object {slot} `{}` is a {kind}, which has no readings", scene.path(slot));
         world.run.calls.refuse(TATU_ERR_MISSING, &text)
     })
 }
@@ -42,7 +42,7 @@ extern "C" fn field(
     out: Option<&mut tatu_field_view>,
 ) -> tatu_status {
     here(w, Function::looks("readings.field"), |world| {
-        let out = place(world, "a place for the view", out)?;
+        let out = place(world, "a pointer for the view", out)?;
         let i = device(world, sensor)?;
         let sensing = world.see(|w| &w.devices.sensing).ok_or_else(|| busy(world))?;
         let d = &sensing.devices[i];
@@ -67,7 +67,7 @@ extern "C" fn sense_now(w: WorldRef<'_>, sensor: tatu_object, only: tatu_object)
 
 unsafe extern "C" fn look(w: WorldRef<'_>, sensor: tatu_object, look: *const tatu_look) -> tatu_status {
     on(w, Function::acts("readings.look"), |world| {
-        needs(world, "a look", look)?;
+        needs(world, "a `tatu_look`", look)?;
         // SAFETY: `look` is not null, and the header requires it to point to at least the fields of the first version,
         // valid during the call.
         let look = unsafe { &*look };
@@ -75,8 +75,8 @@ unsafe extern "C" fn look(w: WorldRef<'_>, sensor: tatu_object, look: *const tat
         let faces = Faces { front: look.flags & TATU_BEAMS_NO_FRONT == 0, back: look.flags & TATU_BEAMS_NO_BACK == 0 };
         if !near || !slant || !(faces.front || faces.back) {
             let text = format!(
-                "a measurement up to {} m and {} rad, flags {}; expected at least 0 m, 0 to pi, and faces that can be \
-                 detected",
+                "invalid measurement: range {} m, incidence {} rad, flags {}; expected a range of at least 0 m, an \
+                 incidence from 0 to pi, and detectable faces",
                 look.far_m, look.max_incidence, look.flags
             );
             return Err(world.run.calls.refuse(TATU_ERR_ARGUMENT, &text));
@@ -91,7 +91,7 @@ unsafe extern "C" fn look(w: WorldRef<'_>, sensor: tatu_object, look: *const tat
     })
 }
 
-/// Measures with a sensor now.
+/// Measures a sensor now.
 fn sense(world: &WorldCell, sensor: tatu_object, only: tatu_object, limits: Option<Limits>) -> Done {
     let i = device(world, sensor)?;
     let only = match only {
@@ -110,7 +110,7 @@ fn sense(world: &WorldCell, sensor: tatu_object, only: tatu_object, limits: Opti
     }
     let turn = {
         let mut sensing = world.devices.sensing.borrow_mut();
-        // The forms that the sensor sees are cached by number; a change of the scene may have invalidated these
+        // The forms that the sensor measures are cached by number; a change of the scene may have invalidated these
         // numbers.
         sensing.settle(&world.state.scene.borrow(), &world.model.registry);
         sensing.alone(i)
@@ -131,7 +131,7 @@ extern "C" fn reset(w: WorldRef<'_>, sensor: tatu_object) -> tatu_status {
 
 unsafe extern "C" fn describe(w: WorldRef<'_>, sensor: tatu_object, index: u32, out: *mut tatu_field) -> tatu_status {
     here(w, Function::looks("readings.describe"), |world| {
-        needs(world, "a place for the declaration", out)?;
+        needs(world, "a pointer for the declaration", out)?;
         let i = device(world, sensor)?;
         let sensing = world.see(|w| &w.devices.sensing).ok_or_else(|| busy(world))?;
         let d = &sensing.devices[i];
@@ -141,7 +141,7 @@ unsafe extern "C" fn describe(w: WorldRef<'_>, sensor: tatu_object, index: u32, 
         // SAFETY: the list belongs to the plugin, which is never unloaded, and was checked when the plugin was loaded.
         let declared = unsafe { tables::list(kind.raw.fields) }.into_iter().nth(index as usize);
         let Some((_, mut told)) = declared else {
-            let text = format!("a sensor of kind `{}` has {} fields", kind.id, kind.fields.len());
+            let text = format!("a sensor of kind `{}` has {} fields, no field {index}", kind.id, kind.fields.len());
             return Err(world.run.calls.refuse(TATU_ERR_MISSING, &text));
         };
         told.dims = d.layout.plan.shape(told.dims);

@@ -181,7 +181,7 @@ extern "C" fn set_pose(
     on(w, Function::acts("scene.set_pose"), |world| {
         let pose = place(world, "a pose of 7 numbers", pose)?;
         let Some(p) = pose_from_array(pose) else {
-            let text = "a pose is 7 finite numbers with a quaternion that is not 0";
+            let text = "a pose must be 7 finite numbers with a quaternion that is not 0";
             return Err(world.run.calls.refuse(TATU_ERR_ARGUMENT, text));
         };
         let mut scene = world.state.scene.try_borrow_mut().map_err(|_| busy(world))?;
@@ -219,7 +219,7 @@ extern "C" fn look(
 
 extern "C" fn find(w: WorldRef<'_>, from: tatu_object, path: Lent<'_>, out: Option<&mut tatu_object>) -> tatu_status {
     on(w, Function::looks("scene.find"), |world| {
-        let out = place(world, "a place for the object", out)?;
+        let out = place(world, "a pointer for the object", out)?;
         let path = path.text();
         let scene = world.state.scene.try_borrow().map_err(|_| busy(world))?;
         let base = scene.resolve(from).unwrap_or(0);
@@ -244,7 +244,7 @@ extern "C" fn create(
     out: Option<&mut tatu_object>,
 ) -> tatu_status {
     on(w, Function::acts("scene.create"), |world| {
-        let out = place(world, "a place for the object", out)?;
+        let out = place(world, "a pointer for the object", out)?;
         let kind = kind.text();
         let data = match KINDS.iter().find(|(n, _)| *n == kind).map(|(_, k)| *k) {
             Some(TATU_KIND_SHAPE) => Data::Shape(Box::<Shape>::default()),

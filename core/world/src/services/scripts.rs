@@ -98,7 +98,7 @@ extern "C" fn add(
     out: Option<&mut tatu_object>,
 ) -> tatu_status {
     on(w, Function::acts("scripts.add"), |world| {
-        let out = place(world, "a place for the script", out)?;
+        let out = place(world, "a pointer for the script", out)?;
         let refuse = |text: String| world.run.calls.refuse(TATU_ERR_ARGUMENT, &text);
         let owner = {
             let scene = world.state.scene.try_borrow().map_err(|_| busy(world))?;

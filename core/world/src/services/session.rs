@@ -112,7 +112,7 @@ extern "C" fn input<'a>(
     let inputs = world.run.outside.inputs.borrow();
     let Some(found) = usize::try_from(index).ok().and_then(|i| inputs.get(i)) else { return TATU_ERR_MISSING };
     let (Some(kind), Some(text)) = (kind, text) else {
-        return world.run.calls.refuse(TATU_ERR_ARGUMENT, "expected places for kind and text, found null");
+        return world.run.calls.refuse(TATU_ERR_ARGUMENT, "expected pointers for the kind and the text, found null");
     };
     match (lend(world, found.0.as_bytes()), lend(world, found.1.as_bytes())) {
         (Ok(a), Ok(b)) => {
@@ -126,12 +126,12 @@ extern "C" fn input<'a>(
 extern "C" fn observed<'a>(w: WorldRef<'a>, kind: Lent<'_>, out: Option<&mut Lent<'a>>) -> tatu_status {
     let Some(world) = alone(w, Function::acts("session.observed")) else { return TATU_ERR_ARGUMENT };
     let Some(out) = out else {
-        return world.run.calls.refuse(TATU_ERR_ARGUMENT, "expected a place for the text, found null");
+        return world.run.calls.refuse(TATU_ERR_ARGUMENT, "expected a pointer for the text, found null");
     };
     let found = match crate::cell::observed(world, &kind.text()) {
         None => return TATU_ERR_MISSING,
         Some(None) => {
-            let told = "the recorded run took fewer inputs from outside: this run diverges";
+            let told = "the recorded run received fewer external inputs: this run diverges from it";
             return world.run.calls.refuse(TATU_ERR_GONE, told);
         }
         Some(Some(found)) => found,
@@ -168,7 +168,7 @@ extern "C" fn function(w: WorldRef<'_>, local: u32, out: Option<&mut tatu_func>)
         let gives =
             caller.kind == TATU_CALLER_REMOTE && running.is_some_and(|s| s.gives_functions(&world.model.registry));
         match out {
-            None => Err(world.run.calls.refuse(TATU_ERR_ARGUMENT, "expected a place for the function, found null")),
+            None => Err(world.run.calls.refuse(TATU_ERR_ARGUMENT, "expected a pointer for the function, found null")),
             Some(_) if !gives => {
                 let text = "only a service with `call_func` can register functions, in its turn at the barrier";
                 Err(world.run.calls.refuse(TATU_ERR_UNSUPPORTED, text))
@@ -192,13 +192,13 @@ extern "C" fn open(w: WorldRef<'_>, file: Lent<'_>) -> tatu_status {
     on(w, Function::acts("session.open"), |world| switch_to(world, PathBuf::from(file.text().into_owned()), None))
 }
 
-/// Requests that the program open another scene. `sources` has files that are read in place of those on disk.
+/// Requests that the program open another scene. `sources` contains files that are read in place of those on disk.
 pub(super) fn switch_to(world: &WorldCell, file: PathBuf, sources: Option<Sources>) -> Done {
     let Some(read) = world.run.outside.scene_reader.borrow().clone() else {
         let text = "this program runs only one scene; `tatu serve` and `tatu open` can switch to a different one";
         return Err(world.run.calls.refuse(TATU_ERR_UNSUPPORTED, text));
     };
-    // The caller gets the error at once, and this world continues.
+    // The error is returned to the caller at once, and this world continues.
     let document = read(&file, sources).map_err(|e| world.run.calls.refuse(TATU_ERR_ARGUMENT, &one_line(&e)))?;
     *world.run.outside.next_scene.borrow_mut() = Some(NextScene { file, document, starts: false });
     if world.running() {
@@ -216,10 +216,11 @@ fn run_stage(world: &WorldCell, stage: u32, dt: f64) -> tatu_status {
         return world.run.calls.refuse(TATU_ERR_ARGUMENT, &format!("unknown stage {stage}"));
     };
     if !(dt.is_finite() && dt >= 0.0) {
-        return world.run.calls.refuse(TATU_ERR_ARGUMENT, &format!("a stage needs a finite time, not {dt} s"));
+        let text = format!("the duration of a stage must be finite and at least 0 s, not {dt} s");
+        return world.run.calls.refuse(TATU_ERR_ARGUMENT, &text);
     }
     if dt > LONGEST {
-        let text = format!("a stage takes at most {LONGEST} s, as a step does, not {dt} s");
+        let text = format!("the duration of a stage must be at most {LONGEST} s, like that of a step, not {dt} s");
         return world.run.calls.refuse(TATU_ERR_ARGUMENT, &text);
     }
     match step::run(world, stage, dt, world.caller_name()) {
@@ -228,7 +229,7 @@ fn run_stage(world: &WorldCell, stage: u32, dt: f64) -> tatu_status {
     }
 }
 
-/// Formats an error as one sentence, with its place and its hint.
+/// Formats an error as one line, with its position and its hint.
 pub(super) fn one_line(e: &Error) -> String {
     let place = e.place.as_ref().map_or(String::new(), |p| format!("{}:{}: ", p.file.display(), p.line));
     let help = e.help.as_ref().map_or(String::new(), |h| format!(" ({h})"));

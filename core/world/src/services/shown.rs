@@ -1,17 +1,19 @@
 //! Data for views: the declared properties of an object, the visible parts of a shape, sources of scripts.
 
+use std::cell::RefCell;
+
 use tatu_geometry::{Form, Mapping, Texture};
 use tatu_plugin_api::{abi::*, safe::Value};
-use tatu_plugins::Declared;
+use tatu_plugins::{Declared, Registry};
 use tatu_scene::{
-    Data, pose_to_array,
+    Data, Scene, pose_to_array,
     rows::{Change, rows_of},
     visible_parts,
 };
 
-use super::answer::{busy, give, on, slot};
+use super::answer::{Answer, busy, give, on, slot, with};
 use crate::{
-    cell::{Function, WorldCell},
+    cell::{Function, Scripts, WorldCell},
     reload,
     state::edits,
 };
@@ -39,28 +41,47 @@ fn told(p: &Declared, prefix: &str, settable: bool) -> Value {
     map(entries)
 }
 
+/// The parts of the world that views read.
+struct Context<'a> {
+    scene: &'a RefCell<Scene>,
+    registry: &'a Registry,
+    scripts: &'a RefCell<Scripts>,
+    answer: Answer<'a>,
+}
+
+impl<'a> From<&'a WorldCell> for Context<'a> {
+    fn from(world: &'a WorldCell) -> Self {
+        Context {
+            scene: &world.state.scene,
+            registry: &world.model.registry,
+            scripts: &world.run.scripts,
+            answer: world.into(),
+        }
+    }
+}
+
 pub(super) extern "C" fn row<'a>(
     w: WorldRef<'a>,
     object: tatu_object,
     index: u32,
     out: Option<&mut ValueRef<'a>>,
 ) -> tatu_status {
-    on(w, Function::looks("scene.row"), |world| {
-        let found = nth_row(world, object, index as usize)?.ok_or(TATU_ERR_MISSING)?;
-        give(world, &found, out)
+    with(w, Function::looks("scene.row"), |c: Context<'_>| {
+        let found = nth_row(&c, object, index as usize)?.ok_or(TATU_ERR_MISSING)?;
+        give(c.answer, &found, out)
     })
 }
 
 pub(super) extern "C" fn model<'a>(w: WorldRef<'a>, index: u32, out: Option<&mut ValueRef<'a>>) -> tatu_status {
-    on(w, Function::looks("scene.model"), |world| {
-        let (id, text) = world.model.registry.model_at(index as usize).ok_or(TATU_ERR_MISSING)?;
-        give(world, &map([("id", Value::text(id)), ("text", Value::text(text))]), out)
+    with(w, Function::looks("scene.model"), |c: Context<'_>| {
+        let (id, text) = c.registry.model_at(index as usize).ok_or(TATU_ERR_MISSING)?;
+        give(c.answer, &map([("id", Value::text(id)), ("text", Value::text(text))]), out)
     })
 }
 
-fn nth_row(world: &WorldCell, object: tatu_object, index: usize) -> Result<Option<Value>, tatu_status> {
-    let scene = world.state.scene.try_borrow().map_err(|_| busy(world))?;
-    let slot = if object == 0 { 0 } else { slot(world, &scene, object)? };
+fn nth_row(c: &Context<'_>, object: tatu_object, index: usize) -> Result<Option<Value>, tatu_status> {
+    let scene = c.scene.try_borrow().map_err(|_| busy(c.answer))?;
+    let slot = if object == 0 { 0 } else { slot(c.answer, &scene, object)? };
     let kind = (object != 0).then(|| scene.get(slot).map(|o| o.kind())).flatten();
     let rows: Vec<_> = rows_of(kind).collect();
     if let Some(row) = rows.get(index) {
@@ -68,8 +89,8 @@ fn nth_row(world: &WorldCell, object: tatu_object, index: usize) -> Result<Optio
         return Ok(Some(told(&declared, "", row.change != Change::ReadOnly)));
     }
     let (id, params) = match scene.get(slot).map(|o| &o.data).filter(|_| object != 0) {
-        Some(Data::Sensor(s)) => world.model.registry.sensors.get(s.kind).map(|k| (&k.id, &k.params)).unzip(),
-        Some(Data::Actuator(a)) => world.model.registry.actuators.get(a.kind).map(|k| (&k.id, &k.params)).unzip(),
+        Some(Data::Sensor(s)) => c.registry.sensors.get(s.kind).map(|k| (&k.id, &k.params)).unzip(),
+        Some(Data::Actuator(a)) => c.registry.actuators.get(a.kind).map(|k| (&k.id, &k.params)).unzip(),
         _ => (None, None),
     };
     let (Some(id), Some(params)) = (id, params) else { return Ok(None) };
@@ -82,15 +103,15 @@ pub(super) extern "C" fn part<'a>(
     index: u32,
     out: Option<&mut ValueRef<'a>>,
 ) -> tatu_status {
-    on(w, Function::looks("figures.part"), |world| {
-        let found = nth_part(world, object, index as usize)?.ok_or(TATU_ERR_MISSING)?;
-        give(world, &found, out)
+    with(w, Function::looks("figures.part"), |c: Context<'_>| {
+        let found = nth_part(&c, object, index as usize)?.ok_or(TATU_ERR_MISSING)?;
+        give(c.answer, &found, out)
     })
 }
 
-fn nth_part(world: &WorldCell, object: tatu_object, index: usize) -> Result<Option<Value>, tatu_status> {
-    let scene = world.state.scene.try_borrow().map_err(|_| busy(world))?;
-    let slot = slot(world, &scene, object)?;
+fn nth_part(c: &Context<'_>, object: tatu_object, index: usize) -> Result<Option<Value>, tatu_status> {
+    let scene = c.scene.try_borrow().map_err(|_| busy(c.answer))?;
+    let slot = slot(c.answer, &scene, object)?;
     let Some(shape) = scene.get(slot).and_then(|o| o.shape()) else { return Ok(None) };
     let parts = visible_parts(shape);
     let Some(part) = parts.get(index) else { return Ok(None) };
@@ -148,10 +169,10 @@ pub(super) extern "C" fn image<'a>(
     index: u32,
     out: Option<&mut ValueRef<'a>>,
 ) -> tatu_status {
-    on(w, Function::looks("figures.image"), |world| {
+    with(w, Function::looks("figures.image"), |c: Context<'_>| {
         let found = {
-            let scene = world.state.scene.try_borrow().map_err(|_| busy(world))?;
-            let slot = slot(world, &scene, object)?;
+            let scene = c.scene.try_borrow().map_err(|_| busy(c.answer))?;
+            let slot = slot(c.answer, &scene, object)?;
             let parts = scene.get(slot).and_then(|o| o.shape()).map(visible_parts).unwrap_or_default();
             let texture = parts.get(index as usize).and_then(|part| part.texture.clone());
             texture.ok_or(TATU_ERR_MISSING)?.image.clone()
@@ -161,30 +182,30 @@ pub(super) extern "C" fn image<'a>(
             ("rows", Value::Int(found.rows().into())),
             ("rgba", Value::Bytes(found.rgba().to_vec())),
         ]);
-        give(world, &told, out)
+        give(c.answer, &told, out)
     })
 }
 
 pub(super) extern "C" fn text<'a>(w: WorldRef<'a>, script: tatu_object, out: Option<&mut ValueRef<'a>>) -> tatu_status {
-    on(w, Function::looks("scripts.text"), |world| {
-        let found = script_at(world, script)?;
-        give(world, &Value::Bytes(found.text.to_vec()), out)
+    with(w, Function::looks("scripts.text"), |c: Context<'_>| {
+        let found = script_at(&c, script)?;
+        give(c.answer, &Value::Bytes(found.text.to_vec()), out)
     })
 }
 
 /// Returns the script given by a caller.
-fn script_at(world: &WorldCell, script: tatu_object) -> Result<std::rc::Rc<crate::cell::Script>, tatu_status> {
+fn script_at(c: &Context<'_>, script: tatu_object) -> Result<std::rc::Rc<crate::cell::Script>, tatu_status> {
     let slot = {
-        let scene = world.state.scene.try_borrow().map_err(|_| busy(world))?;
-        slot(world, &scene, script)?
+        let scene = c.scene.try_borrow().map_err(|_| busy(c.answer))?;
+        slot(c.answer, &scene, script)?
     };
-    let found = world.run.scripts.try_borrow().map_err(|_| busy(world))?.by_slot(slot);
-    found.ok_or_else(|| world.run.calls.refuse(TATU_ERR_ARGUMENT, &format!("object {slot} is not a script")))
+    let found = c.scripts.try_borrow().map_err(|_| busy(c.answer))?.by_slot(slot);
+    found.ok_or_else(|| c.answer.calls.refuse(TATU_ERR_ARGUMENT, &format!("object {slot} is not a script")))
 }
 
 pub(super) extern "C" fn change(w: WorldRef<'_>, script: tatu_object, text: Lent<'_>) -> tatu_status {
     on(w, Function::acts("scripts.change"), |world| {
-        let found = script_at(world, script)?;
+        let found = script_at(&world.into(), script)?;
         let text = text.bytes().to_vec();
         reload::change_script(world, &found, text).map_err(|e| {
             let place = e.place.as_ref().map_or(String::new(), |p| format!("{}:{}: ", p.file.display(), p.line));

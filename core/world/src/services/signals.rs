@@ -76,7 +76,7 @@ extern "C" fn clear(w: WorldRef<'_>, kind: u32, name: Lent<'_>) -> u32 {
 
 extern "C" fn name<'a>(w: WorldRef<'a>, kind: u32, index: u32, out: Option<&mut Lent<'a>>) -> tatu_status {
     with(w, Function::looks("signals.name"), |Context { signals, answer }| {
-        let out = place(answer, "a place for the name", out)?;
+        let out = place(answer, "a pointer for the name", out)?;
         let found = match signals.try_borrow() {
             Ok(signals) => signals.keys().filter(|(k, _)| *k == kind).nth(index as usize).map(|(_, n)| n.clone()),
             Err(_) => return Err(busy(answer)),

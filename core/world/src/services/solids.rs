@@ -23,7 +23,7 @@ impl<'a> From<&'a WorldCell> for Context<'a> {
 
 /// Finds the shortest distance between any shape of one list and any shape of the other. An empty second list means all
 /// other shapes.
-#[allow(clippy::too_many_arguments, reason = "the contract's")]
+#[allow(clippy::too_many_arguments, reason = "the ABI fixes the signature")]
 pub(super) unsafe extern "C" fn closest(
     w: WorldRef<'_>,
     a: *const tatu_object,
@@ -73,7 +73,7 @@ pub(super) unsafe extern "C" fn closest(
 /// Returns whether physics currently moves an object: dynamic shapes, and joints between two bodies of the engine.
 pub(super) extern "C" fn is_dynamic(w: WorldRef<'_>, object: tatu_object, out: Option<&mut u32>) -> tatu_status {
     with(w, Function::looks("bodies.is_dynamic"), |Context { scene, answer, .. }| {
-        let out = place(answer, "a place for the answer", out)?;
+        let out = place(answer, "a pointer for the answer", out)?;
         let scene = scene.try_borrow().map_err(|_| busy(answer))?;
         let s = slot(answer, &scene, object)?;
         *out = u32::from(match scene.get(s).map(|o| &o.data) {

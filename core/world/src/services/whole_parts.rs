@@ -22,7 +22,7 @@ use crate::{
 };
 
 /// Copies objects with their world poses. The parent of a copy is the copy of the original's parent, if that is copied
-/// too; otherwise it has none.
+/// too; otherwise the copy has no parent.
 pub(super) unsafe extern "C" fn copy(
     w: WorldRef<'_>,
     objects: *const tatu_object,
@@ -73,14 +73,14 @@ pub(super) extern "C" fn load(
     out: Option<&mut tatu_object>,
 ) -> tatu_status {
     on(w, Function::acts("scene.load"), |world| {
-        let out = place(world, "a place for the object", out)?;
+        let out = place(world, "a pointer for the object", out)?;
         let path = PathBuf::from(file.text().into_owned());
         let parent = parent_of(world, parent)?;
         free(world)?;
         let read = document::load_part(&path, &world.model.registry).map_err(|e| refuse(world, e))?;
         let slots = plant(world, &read, parent)?;
         let scene = world.state.scene.try_borrow().map_err(|_| busy(world))?;
-        // A model is saved as one, with what differs from it; a file is a part of the scene from now on.
+        // A model is saved by its id, with the differences from it. The contents of a file become part of the scene.
         let is_model = path.to_str().filter(|id| read.models.iter().any(|m| m.base == 0) && !id.ends_with(".toml"));
         if let (Some(id), Some(base)) = (is_model, slots.first().and_then(|s| scene.get(*s))) {
             world.model.history.borrow_mut().models.insert(base.uid, id.to_owned());
@@ -138,7 +138,7 @@ pub(super) extern "C" fn save(w: WorldRef<'_>, file: Lent<'_>, base: tatu_object
         let path = PathBuf::from(file.text().into_owned());
         let fail = |text: String| world.run.calls.refuse(TATU_ERR, &text);
         if path.extension().is_none_or(|e| e != "toml") {
-            let text = format!("`{}` does not end with `.toml`, as all scene files do", path.display());
+            let text = format!("`{}` must end with `.toml`, as all scene files do", path.display());
             return Err(world.run.calls.refuse(TATU_ERR_ARGUMENT, &text));
         }
         let base = match base {

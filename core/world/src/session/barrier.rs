@@ -1,10 +1,12 @@
-//! The barrier before a step. Simulation time does not advance while these are done, in this order:
+//! The barrier before a step. Simulation time does not advance during the following operations, which are done in this
+//! order:
 //!
-//! 1. Results of plugins' threads enter the world. Ended waits of commands that services have called are resumed, and the services are notified.
+//! 1. Results of plugins' threads enter the world. Ended waits of commands that services have called are resumed, and
+//! the services are notified.
 //! 2. Recorded calls are repeated, in a replay.
 //! 3. Services take turns, in order of their ids, until all of them release the world and the pause, if any, ends.
 //!
-//! During a pause, scripts get a pass after each round of turns.
+//! During a pause, a pass of scripts follows each round of turns.
 //!
 //! The order matters for replays: actions that happen once per step come first; actions that depend on when messages
 //! arrive come last and are recorded.
@@ -118,7 +120,7 @@ fn tell_holder(session: &SessionCell, by: Option<usize>, holder: &mut Option<(us
     let Some(service) = session.nth(i).filter(|_| since.elapsed() >= LONG) else { return };
     if !service.hold_told.replace(true) {
         let (who, long) = (service.name(&session.registry), LONG.as_secs());
-        tracing::info!("{who} has held the run for {long} s: time stands until it lets go (Ctrl-C ends the run)");
+        tracing::info!("{who} has held the run for {long} s; simulation time does not advance (Ctrl-C ends the run)");
     }
 }
 

@@ -5,8 +5,8 @@
 //! before its record takes effect, so that the log of a killed run is usable.
 //!
 //! Each line ends with a checksum of itself and all previous lines, and the last line holds the hash of the world, so
-//! lines that are missing, reordered or edited are detected. A truncated log does not count as damaged: what is there
-//! is replayed.
+//! lines that are missing, reordered or edited are detected. A truncated log does not count as damaged: its complete
+//! lines are replayed.
 
 use std::{
     fs::File,
@@ -32,7 +32,7 @@ const FORMAT: u64 = 2;
 pub struct Header {
     /// Version of the format.
     pub tatu_input_log: u64,
-    /// Version of the program.
+    /// Version of the program that wrote the log.
     pub tatu: String,
     /// The scene's path, as it was given.
     pub scene: PathBuf,
@@ -60,11 +60,11 @@ pub struct Header {
 /// An add-on that ran.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct AddonEntry {
-    /// Its name.
+    /// Name of the add-on.
     pub name: String,
-    /// Its script file.
+    /// Script file of the add-on.
     pub file: PathBuf,
-    /// The version that it was written for; if empty, it is inferred from its source.
+    /// Dialect of the script; if empty, it is inferred from the source.
     pub dialect: String,
     /// The options that it was started with.
     pub options: Vec<(String, String)>,
@@ -73,9 +73,9 @@ pub struct AddonEntry {
 /// A plugin and its version.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct PluginVersion {
-    /// Its id.
+    /// Id of the plugin.
     pub id: String,
-    /// Its version.
+    /// Version of the plugin.
     pub version: String,
 }
 
@@ -156,12 +156,12 @@ impl Header {
         let differs = |p: &PluginVersion| match here.iter().find(|h| h.id == p.id) {
             None => Some(format!("the plugin `{}` {} is missing", p.id, p.version)),
             Some(h) if h.version != p.version => {
-                Some(format!("the plugin `{}` was of version {}, here it is {}", p.id, p.version, h.version))
+                Some(format!("the plugin `{}` had version {}, but has version {} here", p.id, p.version, h.version))
             }
             Some(_) => None,
         };
         let program = (self.tatu != env!("CARGO_PKG_VERSION"))
-            .then(|| format!("the program was of version {}, here it is {}", self.tatu, env!("CARGO_PKG_VERSION")));
+            .then(|| format!("the program had version {}, but has {} here", self.tatu, env!("CARGO_PKG_VERSION")));
         program.into_iter().chain(self.plugins.iter().filter_map(differs)).collect()
     }
 }
@@ -219,7 +219,7 @@ impl Writer {
         self.line(&record_json(record))?;
         self.flush()
     }
-    /// Writes the last line. `steps` is the number of steps done, and `begun` says whether the barrier after them had
+    /// Writes the last line. `steps` is the number of steps, and `begun` indicates whether the barrier after them had
     /// begun. `opened` lists files that were read during the run and are not in the log. `hash` is the world's total
     /// hash after the last step.
     pub fn end(mut self, steps: u64, begun: bool, opened: &[String], hash: u64) -> Result {
@@ -273,7 +273,7 @@ fn record_json(r: &Record) -> Json {
 /// A log that has been read.
 #[derive(Debug)]
 pub struct Log {
-    /// Its header.
+    /// Header of the log.
     pub header: Header,
     /// The external inputs, in order.
     pub records: Vec<Record>,
@@ -285,7 +285,7 @@ pub struct Log {
     pub opened: Vec<String>,
     /// Hash of the world after the last step.
     pub hash: Option<u64>,
-    /// Whether the last line is truncated; it is left out.
+    /// Whether the last line is truncated; such a line is omitted.
     pub cut: bool,
 }
 
@@ -318,7 +318,7 @@ pub fn read(path: &Path) -> Result<Log> {
     match serde_json::from_slice::<Json>(first).ok().as_ref().and_then(|j| j["tatu_input_log"].as_u64()) {
         Some(FORMAT) => {}
         Some(n) => {
-            let text = format!("an input log of format {n}");
+            let text = format!("the input log has format {n}");
             return Err(wrong(1, text)
                 .expected(format!("format {FORMAT}"))
                 .help("replay it with the program that wrote it"));
@@ -361,7 +361,7 @@ pub fn read(path: &Path) -> Result<Log> {
         })?;
         if log.records.last().is_some_and(|before| (before.step, before.at) >= (record.step, record.at)) {
             return Err(wrong(i + 1, "this line of the input log comes before the one above it".into())
-                .expected("increasing steps and places"));
+                .expected("increasing steps and positions"));
         }
         log.records.push(record);
     }

@@ -1,6 +1,6 @@
 //! Functions of clients, which services pass to commands as arguments. The result of a call is recorded in the input
-//! log, after the inputs that the client made during the call. A replay repeats those inputs and takes the result from
-//! the log.
+//! log, after the inputs that the client made during the call. A replay repeats those inputs and returns the result
+//! from the log.
 
 use serde_json::{Value as Json, json};
 use tatu_plugin_api::{
@@ -49,7 +49,7 @@ pub(crate) unsafe fn call(world: &WorldCell, func: tatu_func, frame: *mut tatu_c
     f.n_results = 0;
     let Some(level) = world.run.calls.enter() else {
         f.error = world.run.calls.error_at(world.run.calls.depth.get());
-        return say(f.error, TATU_ERR_BUSY, &format!("calls nest more than {} deep", cell::MAX_DEPTH));
+        return say(f.error, TATU_ERR_BUSY, &format!("calls are nested more than {} deep", cell::MAX_DEPTH));
     };
     f.error = world.run.calls.error_at(level.depth);
     let deep = world.run.outside.functions.replace(world.run.outside.functions.get() + 1);
@@ -97,7 +97,7 @@ fn again(world: &WorldCell, kind: &str, f: &mut tatu_call) -> tatu_status {
     let step = world.state.clock.step.get();
     let place = world.run.outside.replay.borrow().as_ref().and_then(|r| r.place_of(step, kind));
     let Some(place) = place else {
-        let text = "the recorded run called functions of its clients less often: this run diverges";
+        let text = "the recorded run called functions of its clients less often: this run diverges from it";
         return say(f.error, TATU_ERR_GONE, text);
     };
     log::feed_until(world, place);
@@ -113,7 +113,7 @@ fn again(world: &WorldCell, kind: &str, f: &mut tatu_call) -> tatu_status {
             let text = error.get("error").and_then(Json::as_str).unwrap_or_default();
             say(f.error, status.filter(|s| *s < 0).unwrap_or(TATU_ERR), text)
         }
-        _ => say(f.error, TATU_ERR, "the input log has no results of a function where some are expected"),
+        _ => say(f.error, TATU_ERR, "the input log does not contain the expected results of a function"),
     }
 }
 

@@ -55,7 +55,7 @@ pub(crate) fn attach(world: &WorldCell, records: Arc<[Record]>) {
     *world.run.outside.replay.borrow_mut() = Some(Replay::new(records));
 }
 
-/// Repeats the inputs that the attached log has for this barrier.
+/// Repeats the inputs that the attached log contains for this barrier.
 pub(crate) fn feed(world: &WorldCell) {
     let step = world.state.clock.step.get();
     loop {
@@ -75,8 +75,8 @@ pub(crate) fn feed_session(world: &WorldCell, records: Arc<[Record]>) {
     }
 }
 
-/// Records a pass of scripts while the simulation is stopped, if any script could notice it and the log is one of the
-/// whole session.
+/// Runs a pass of scripts while the simulation is stopped. The pass is recorded if any script could notice it and the
+/// log covers the whole session.
 pub(crate) fn idle(world: &WorldCell) {
     let callbacks = [Callback::NonSimulation, Callback::Thread, Callback::Run];
     if world.run.outside.log.borrow().is_session() && callbacks.iter().any(|c| Scripts::any_has(world, *c)) {

@@ -3,8 +3,8 @@
 use tatu_scene::document::{Document, ObjectSpec};
 use xxhash_rust::xxh3::Xxh3;
 
-/// Returns a hash of everything that determines how a document runs, including seed and overrides, but not names and
-/// places of files.
+/// Returns a hash of everything that determines how a document runs, including seed and overrides, but not the names
+/// and paths of files.
 pub fn fingerprint(document: &Document) -> u64 {
     let mut h = Xxh3::new();
     let mut put = |text: String| {

@@ -1,7 +1,7 @@
 //! Edits of the scene, which can be undone.
 //!
-//! While the simulation runs, an edit has no inverse of its own: its stop takes back whatever the run and the person
-//! changed, and then the edits from before the run can be undone again.
+//! While the simulation is running, an edit has no separate inverse: the stop reverts everything that the run and the
+//! user changed, and the edits from before the run can then be undone again.
 
 use std::path::Path;
 
@@ -17,20 +17,20 @@ use crate::cell::{WorldCell, history::Ended};
 /// The event that reports a change of the edits.
 const EVENT: &str = "edited";
 
-/// Begins an edit. Consecutive edits with the same label and the same `merge`, unless it is empty, are one.
+/// Begins an edit. Consecutive edits with the same label and the same `merge` text are combined, unless it is empty.
 pub(crate) fn begin(cell: &WorldCell, label: &str, merge: &str) {
     let state = || (!cell.running()).then(|| capture(cell));
-    // A state is captured outside of the history, which is part of it.
+    // A state contains parts of the history, so it is captured while the history is not borrowed.
     let needed = cell.model.history.borrow().needs_state(label, merge);
     let state = if needed { state() } else { None };
     cell.model.history.borrow_mut().begin(label, merge, state);
 }
 
-/// Ends an edit; if `keep` is not set, it is taken back.
+/// Ends an edit; if `keep` is not set, the edit is rolled back.
 pub(crate) fn end(cell: &WorldCell, keep: bool) -> Result {
     let ended = cell.model.history.borrow_mut().end(keep);
     match ended {
-        None => Err(Error::new("E305", "no edit was begun")),
+        None => Err(Error::new("E305", "there is no edit to end")),
         Some(Ended::TakeBack(state)) => {
             go_back(cell, *state);
             Ok(())
@@ -43,20 +43,20 @@ pub(crate) fn end(cell: &WorldCell, keep: bool) -> Result {
     }
 }
 
-/// Takes back the last edit, or repeats the last one taken back if `redo` is set. Returns its label, or `None` if there
-/// is none.
+/// Undoes the last edit, or redoes the last one undone if `redo` is set. Returns its label, or `None` if there is no
+/// such edit.
 pub(crate) fn step_back(cell: &WorldCell, redo: bool) -> Result<Option<String>> {
     let what = if redo { "redone" } else { "undone" };
     if cell.running() {
         let text = format!("nothing can be {what} while the simulation runs");
-        return Err(Error::new("E305", text).help("stop it: a stop takes back what was changed since the start"));
+        return Err(Error::new("E305", text).help("stop it: a stop reverts all changes since the start"));
     }
     if cell.model.history.borrow().is_open() {
         return Err(Error::new("E305", format!("nothing can be {what} within an edit")));
     }
     if cell.run.scripts.borrow().list.iter().any(|s| s.depth.get() > 0) {
         return Err(Error::new("E305", format!("nothing can be {what} while a script is running"))
-            .help("scripts change what they made themselves; remote clients and the page undo"));
+            .help("scripts cannot undo edits; only remote clients and the page can"));
     }
     let present = capture(cell);
     let taken = cell.model.history.borrow_mut().take(redo, || present);
@@ -66,7 +66,7 @@ pub(crate) fn step_back(cell: &WorldCell, redo: bool) -> Result<Option<String>> 
     Ok(Some(label))
 }
 
-/// Records that a script was changed, which its stop does not take back.
+/// Records that a script was changed during a run, whose stop does not revert this.
 pub(crate) fn note_script(cell: &WorldCell) {
     if cell.running() {
         cell.model.history.borrow_mut().note_script();
@@ -92,7 +92,7 @@ pub(crate) fn told(cell: &WorldCell) -> Value {
     ])
 }
 
-/// Publishes what can be undone now.
+/// Publishes an event with the edits that can now be undone and redone.
 pub(crate) fn tell(cell: &WorldCell) {
     let payload = {
         let history = cell.model.history.borrow();

@@ -20,7 +20,7 @@ const BEFORE_BODY: usize = MAGIC.len() + 4 + 8;
 /// The state of a world at a step, complete or not.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Snapshot {
-    /// Its header.
+    /// Header of the snapshot.
     pub head: Head,
     /// Serialized parts of the world, by name.
     sections: Vec<(String, Vec<u8>)>,
@@ -29,13 +29,13 @@ pub struct Snapshot {
 /// The header of a snapshot.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Head {
-    /// Version of the program that wrote it.
+    /// Version of the program that wrote the snapshot.
     pub tatu: String,
     /// [`fingerprint`] of the scene's document.
     pub document: u64,
     /// Id and version of every loaded plugin, in order.
     pub plugins: Vec<(String, String)>,
-    /// Number of steps done.
+    /// Number of steps since the start.
     pub step: u64,
     /// Simulation time, s.
     pub time: f64,
@@ -95,29 +95,29 @@ impl Snapshot {
             Error::new("E501", "this is not a snapshot")
                 .expected("a file that `tatu run SCENE --snapshot-at T FILE` wrote")
         })?;
-        let (format, rest) = rest.split_first_chunk::<4>().ok_or_else(|| damaged("it is cut off"))?;
+        let (format, rest) = rest.split_first_chunk::<4>().ok_or_else(|| damaged("it is truncated"))?;
         let format = u32::from_le_bytes(*format);
         if format != FORMAT {
-            let text = format!("the snapshot has format {format}, this program reads format {FORMAT}");
+            let text = format!("the snapshot has format {format}, but this program reads format {FORMAT}");
             return Err(Error::new("E502", text).help("write it again with this version of the program"));
         }
-        let (sum, body) = rest.split_first_chunk::<8>().ok_or_else(|| damaged("it is cut off"))?;
+        let (sum, body) = rest.split_first_chunk::<8>().ok_or_else(|| damaged("it is truncated"))?;
         // The sections rely on each other's indices, so damaged ones must be detected before they are read.
         if xxh3_64(body) != u64::from_le_bytes(*sum) {
-            return Err(damaged("it is cut off, or bytes in it were changed (the checksum differs)"));
+            return Err(damaged("it is truncated, or bytes in it were changed (the checksum differs)"));
         }
         let (head, sections) = postcard::from_bytes(body).map_err(damaged)?;
         Ok(Snapshot { head, sections })
     }
 
-    /// Writes the file atomically: it never exists under its name half-written.
+    /// Writes the file atomically: a partly written file never exists under its name.
     pub fn write(&self, path: &Path) -> Result {
         let bytes = self.to_bytes()?;
         let fail = |e: std::io::Error| Error::new("E105", format!("cannot write the snapshot {}: {e}", path.display()));
         super::write_whole(path, &bytes).map_err(fail)
     }
 
-    /// Reads a file.
+    /// Reads a snapshot from a file.
     pub fn read(path: &Path) -> Result<Self> {
         let bytes = tatu_plugin_api::safe::read_plain(path, crate::session::file::MOST_OWN)
             .map_err(|e| Error::new("E105", format!("cannot read the snapshot {}: {e}", path.display())))?;
@@ -131,7 +131,7 @@ impl Snapshot {
     pub fn check(&self, document: &Document, registry: &Registry) -> Result {
         let own = env!("CARGO_PKG_VERSION");
         if self.head.tatu != own {
-            let text = format!("the snapshot was written by version {}, this is {own}", self.head.tatu);
+            let text = format!("the snapshot was written by version {}, but this is version {own}", self.head.tatu);
             return Err(Error::new("E502", text).help("write it again with this version of the program"));
         }
         if self.head.document != fingerprint(document) {
@@ -149,13 +149,13 @@ impl Snapshot {
         let lost = self.head.plugins.iter().find(|p| !here.contains(p));
         let new = here.iter().find(|p| !self.head.plugins.contains(p));
         let what = match (lost, new) {
-            (Some(l), Some(n)) if l.0 == n.0 => format!("plugin {} was there, now it is {}", show(l), n.1),
-            (Some(l), _) => format!("plugin {} was there, and is missing now", show(l)),
-            (None, Some(n)) => format!("plugin {} was not there", show(n)),
+            (Some(l), Some(n)) if l.0 == n.0 => format!("plugin {} has been replaced by version {}", show(l), n.1),
+            (Some(l), _) => format!("plugin {} is missing now", show(l)),
+            (None, Some(n)) => format!("plugin {} was not loaded then", show(n)),
             (None, None) => "plugins were found in a different order".to_owned(),
         };
-        let text = format!("the snapshot was written with other plugins: {what}");
-        Err(Error::new("E502", text).help("run with the same plugins as then, or write the snapshot again"))
+        let text = format!("the snapshot was written with different plugins: {what}");
+        Err(Error::new("E502", text).help("run with the same plugins, or write the snapshot again"))
     }
 }
 
@@ -206,7 +206,7 @@ mod tests {
             prop_assert!(Snapshot::from_bytes(&bytes).is_err());
         }
 
-        /// Even with a correct checksum, arbitrary bytes must lead to an error or a snapshot, never to a crash.
+        /// Even with a correct checksum, arbitrary bytes must result in an error or a snapshot, never in a crash.
         #[test]
         fn bodies_of_any_bytes(body in prop::collection::vec(any::<u8>(), 0..300)) {
             let mut bytes = MAGIC.to_vec();

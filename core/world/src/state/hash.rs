@@ -8,7 +8,7 @@ use crate::cell::{Clock, WorldCell};
 /// A hash of the dynamic state, and the hash of each object in it, so that a difference can be located.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Hash {
-    /// Hash of everything.
+    /// Hash of the whole dynamic state.
     pub total: u64,
     /// Path and hash of each object, in order of slots.
     pub objects: Vec<(String, u64)>,
@@ -37,8 +37,8 @@ impl Hash {
     }
 }
 
-/// Hashes poses and velocities of objects that physics moves, joints, and the poses of all other objects. Passive
-/// objects (sensors) are left out; -0 and 0 have the same hash.
+/// Hashes poses and velocities of objects that physics moves, joints, commands of actuators, and the poses of all other
+/// objects. Sensors, scripts and graphs are omitted; -0 and 0 have the same hash.
 pub(crate) fn hash(scene: &Scene, dynamics: &Dynamics, clock: &Clock) -> Hash {
     let mut total = Xxh3::new();
     total.update(&clock.step.get().to_le_bytes());

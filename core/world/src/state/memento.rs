@@ -1,4 +1,4 @@
-//! Capturing the scene, and returning to it: at a stop, and when an edit is undone.
+//! Captures the scene, and restores it at a stop and when an edit is undone.
 
 use std::collections::BTreeMap;
 
@@ -14,7 +14,7 @@ use crate::{
     instances::{devices_now, remake_devices},
 };
 
-/// Label of what was changed in scripts while the simulation ran.
+/// Label of the edit that combines all changes of scripts during a run.
 const SCRIPTS_IN_RUN: &str = "Edit scripts during a run";
 
 /// Captures the scene with its devices, scripts and settings.
@@ -28,7 +28,7 @@ pub(crate) fn capture(cell: &WorldCell) -> Memento {
     }
 }
 
-/// Returns to a captured state, with the handles and names of then.
+/// Restores a captured state, including its handles and names.
 pub(crate) fn go_back(cell: &WorldCell, state: Memento) {
     let Memento { scene, devices, scripts, settings, models } = state;
     *cell.model.settings.borrow_mut() = settings;
@@ -40,7 +40,7 @@ pub(crate) fn go_back(cell: &WorldCell, state: Memento) {
     cell.restore_process_state("an undo");
 }
 
-/// Returns to the state at the start of a run, except for what a stop leaves unchanged: custom data, layers, colours,
+/// Restores the state at the start of a run, except for what a stop leaves unchanged: custom data, layers, colours,
 /// masses, names, settings of the world, and texts of scripts.
 pub(crate) fn end_run(cell: &WorldCell, mut start: Memento) {
     let history = &cell.model.history;
@@ -66,7 +66,8 @@ fn leave(then: &mut BTreeMap<Vec<u8>, Vec<u8>>, now: &BTreeMap<Vec<u8>, Vec<u8>>
 /// Rows that a stop leaves unchanged.
 const LEFT: &[Row] = &[Row::Name, Row::Layer, Row::Notes, Row::Color, Row::Mass, Row::Inertia];
 
-/// Carries over to `initial` what a stop leaves unchanged. Returns the rows that differ, with their present values.
+/// Carries the rows that a stop leaves unchanged over to `initial`. Returns the rows that differ, with their present
+/// values.
 fn leave_unchanged(initial: &mut Scene, scene: &Scene) -> Vec<((u64, Row), Value)> {
     let mut made = Vec::new();
     for (slot, now) in scene.slots() {

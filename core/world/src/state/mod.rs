@@ -2,14 +2,14 @@
 //!
 //! - `hash`: a hash of the dynamic state, with a hash per object;
 //! - [`Snapshot`]: everything that determines the future, as a file (`file`);
-//! - `snapshot`, `restore`: taking and restoring it;
+//! - `snapshot`, `restore`: take and restore it;
 //! - `image`: the serialized parts of a world;
 //! - `memento`: states to which a stop or an undo returns; `edits`: edits, undone and redone;
-//! - `source`: an edited scene as its file; `saving`: writing it; `recovery`: copies of unsaved edits;
+//! - `source`: the scene file for an edited scene; `saving`: writes it; `recovery`: copies of unsaved edits;
 //! - `document`: the fingerprint of a scene; `save`: a world as a document; `whole`: atomic writing of files.
 //!
 //! If a plugin cannot save its state, a world can be restored by *replay*: a new world of the same scene is run up to
-//! that step.
+//! the step of the snapshot.
 
 mod document;
 pub(crate) mod edits;

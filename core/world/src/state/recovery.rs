@@ -1,6 +1,7 @@
-//! Copies of scenes with unsaved edits, for when the program ends unexpectedly.
+//! Copies of scenes with unsaved edits, in case the program exits unexpectedly.
 //!
-//! A copy is a folder beside the scene's file, `.NAME.recovery`: what saving would write, the scene file last.
+//! A copy is a folder beside the scene's file, `.NAME.recovery`. It contains the files that a save would write; the
+//! scene file is written last.
 
 use std::{
     ffi::OsString,
@@ -25,13 +26,14 @@ use crate::cell::WorldCell;
 /// Name of the scene file in a copy; separate files are in the folder `FILES` beside it.
 const SCENE: &str = "scene.toml";
 const FILES: &str = "files";
-/// Most files of a copy, and most levels of folders.
+/// Maximum number of files in a copy.
 const MOST_FILES: usize = 100_000;
+/// Maximum nesting depth of folders in a copy.
 const MOST_LEVELS: usize = 8;
-/// Most copies of a scene that are kept although nobody has answered them.
+/// Maximum number of copies of a scene that are set aside because they were neither opened nor discarded.
 const MOST_ASIDE: usize = 1000;
 
-/// A new scene.
+/// Text of a new scene.
 const NEW: &str = "\
 format = 1
 
@@ -84,7 +86,8 @@ pub(crate) fn write(cell: &WorldCell) -> Result {
     Ok(())
 }
 
-/// Keeps a copy that an earlier program left and that nobody has answered: it gets another name, and is not offered again.
+/// Sets aside a copy that an earlier process left and that was neither opened nor discarded: the copy is renamed, and
+/// is not offered again.
 fn set_aside_foreign(cell: &WorldCell, scene: &Path) -> Result {
     let is_answered = cell.model.history.borrow().has_copy() || cell.model.document.sources.are_recovered();
     if is_answered || written_at(scene).is_none() {
@@ -100,7 +103,8 @@ fn set_aside_foreign(cell: &WorldCell, scene: &Path) -> Result {
     Ok(())
 }
 
-/// Removes the copy after a save; one that an earlier program left and that nobody has answered is kept.
+/// Removes the copy after a save. A copy that an earlier process left and that was neither opened nor discarded is set
+/// aside instead.
 pub(super) fn discard_own(cell: &WorldCell) -> Result {
     if let Some(scene) = own_file(cell) {
         set_aside_foreign(cell, &scene)?;
@@ -115,7 +119,7 @@ pub(crate) fn discard(cell: &WorldCell) -> Result {
         let e = io::Error::other("it is a link or a file");
         return Err(failed("removed", &folder, &e));
     }
-    // Without its scene file, a copy is none, whatever else cannot be removed.
+    // A folder without the scene file does not count as a copy, even if its other files cannot be removed.
     match fs::remove_file(folder.join(SCENE)) {
         Err(e) if e.kind() != io::ErrorKind::NotFound => return Err(failed("removed", &folder, &e)),
         _ => {}
@@ -137,7 +141,7 @@ pub(super) fn written_at(scene: &Path) -> Option<i64> {
     i64::try_from(since.as_secs()).ok()
 }
 
-/// The name under which the scene file is kept that was on disk when its copy was recovered.
+/// Returns the path under which the sources hold the scene file as it was on disk when its copy was recovered.
 pub(super) fn on_disk_then(scene: &Path) -> PathBuf {
     folder_of(scene).join("on-disk")
 }
@@ -148,7 +152,7 @@ pub(crate) fn read(_: &WorldCell, scene: &Path) -> Result<Sources> {
     let text = folder.join(SCENE);
     let bytes = read_plain(&text, MOST_BYTES).map_err(|e| failed("read", &text, &e))?;
     let mut files = vec![(scene.to_owned(), bytes)];
-    // What is on disk now is compared before a save.
+    // A save compares the file on disk with its present contents, so they are stored as well.
     files.extend(read_plain(scene, MOST_BYTES).ok().map(|now| (on_disk_then(scene), now)));
     let above = scene.parent().unwrap_or(Path::new(""));
     let mut ahead = vec![(folder.join(FILES), above.to_owned(), 0)];

@@ -1,4 +1,4 @@
-//! Restoring a world from a snapshot, or by a replay of the run that led to it.
+//! Restores a world from a snapshot. If that is not possible, the recorded inputs allow a replay of the run instead.
 
 use std::collections::BTreeSet;
 
@@ -34,7 +34,7 @@ pub(crate) fn check(cell: &WorldCell, snapshot: &Snapshot, allow_partial: bool) 
     }
     if cell.running() || cell.state.clock.step.get() != 0 {
         return Err(
-            Error::new("E503", "a world that has run cannot be restored from a snapshot").help("make a new world")
+            Error::new("E503", "a world that has run cannot be restored from a snapshot").help("create a new world")
         );
     }
     Ok(())
@@ -111,7 +111,7 @@ fn sensors(cell: &WorldCell, images: Vec<DeviceImage>) -> Result {
             d.state.copy_from_slice(&state_of(life, &image.instance));
             d.fields.copy_from_slice(&image.fields);
             (d.sequence, d.time, d.drawn, d.off) = (image.sequence, image.time, image.drawn, image.off);
-            // The next measurement applies what the scene declares.
+            // The next measurement applies the settings in the scene.
             (d.period, d.noise) = (image.period, image.noise.map(|m| Box::new(Noise::of_memory(m))));
             sensing.unsettle();
         }
@@ -196,7 +196,7 @@ fn core(cell: &WorldCell, image: CoreImage) -> Result {
 fn plugins(cell: &WorldCell, images: Vec<(String, InstanceImage)>) -> Result {
     for (id, image) in images {
         let found = cell.model.registry.world_lives.iter().find(|(p, _)| cell.model.registry.plugins[*p].id == id);
-        let (plugin, life) = found.ok_or_else(|| damaged(format!("plugin `{id}` keeps no state")))?;
+        let (plugin, life) = found.ok_or_else(|| damaged(format!("plugin `{id}` stores no state")))?;
         if let Some(Some(instance)) = cell.devices.instances.borrow_mut().get_mut(*plugin) {
             instance.state.copy_from_slice(&state_of(life, &image));
         }
@@ -207,7 +207,7 @@ fn plugins(cell: &WorldCell, images: Vec<(String, InstanceImage)>) -> Result {
 }
 
 /// Restores the state of services; the states of services that are not running are dropped. A world that is not in a
-/// session keeps the states until it joins one.
+/// session retains the states until it joins one.
 pub(crate) fn services(cell: &WorldCell) -> Result {
     let Some(session) = cell.run.outside.session() else { return Ok(()) };
     for (id, image) in std::mem::take(&mut *cell.run.outside.saved_services.borrow_mut()) {

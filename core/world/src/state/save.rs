@@ -1,4 +1,4 @@
-//! Saving a world as a document, which starts in the world's current state.
+//! Saves a world as a document that starts in the world's current state.
 
 use tatu_plugin_api::safe::Value;
 use tatu_plugins::Declared;

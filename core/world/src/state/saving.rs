@@ -1,4 +1,4 @@
-//! Saving an edited scene, without overwriting what others changed.
+//! Saves an edited scene without overwriting changes made by others.
 
 use std::{fs, io, path::Path};
 
@@ -12,8 +12,8 @@ use super::{
 };
 use crate::cell::WorldCell;
 
-/// Saves the scene as it is while stopped: into its own file if `file` is empty, otherwise into that file, which becomes
-/// the scene's own. A file that has changed on disk is replaced only if `over` is set.
+/// Saves the state of the scene while stopped: to its own file if `file` is empty, otherwise to that file, which
+/// becomes the scene's own. A file that has changed on disk is replaced only if `over` is set.
 pub(crate) fn save(cell: &WorldCell, file: &Path, over: bool) -> Result {
     let own = cell.model.document.file.clone();
     let target = match (file.as_os_str().is_empty(), &own) {
@@ -38,14 +38,14 @@ pub(crate) fn save(cell: &WorldCell, file: &Path, over: bool) -> Result {
     let saved = match in_place(cell, &state, &target) {
         Ok(saved) => saved,
         Err(e) if same => return Err(e),
-        // Under another name, nothing is lost by writing every object on its own.
+        // In a file under another name, every object can be written on its own without losing any text.
         Err(_) => flat(cell, &state, &target)?,
     };
     if same && !over {
         files_unchanged(cell, &target, &saved.written)?;
     }
     document::save(&target, &saved.written, &write_whole)?;
-    // The copy is of the file that was saved, or of the one that the scene has left.
+    // The copy belongs to the file that was saved, or to the previous file of the scene.
     recovery::discard_own(cell)?;
     adopt(cell, saved, &state.scene);
     cell.model.history.borrow_mut().note_saved();
@@ -59,7 +59,7 @@ pub(crate) fn is_own(cell: &WorldCell, file: &Path) -> bool {
     cell.model.document.file.as_deref().is_some_and(|own| own == file || real(own) == real(file))
 }
 
-/// Checks that the separate files that are about to be replaced are as they were read.
+/// Checks that the separate files that are about to be replaced have not changed since they were read.
 fn files_unchanged(cell: &WorldCell, scene: &Path, written: &Written) -> Result {
     let (folder, sources) = (scene.parent().unwrap_or(Path::new("")), &cell.model.document.sources);
     for (name, _) in &written.files {
@@ -73,7 +73,7 @@ fn files_unchanged(cell: &WorldCell, scene: &Path, written: &Written) -> Result 
     Ok(())
 }
 
-/// Checks that the scene's file is as it was read, or as it was when a copy of it was recovered.
+/// Checks that the scene's file has not changed since it was read, or since a copy of it was recovered.
 fn unchanged_on_disk(cell: &WorldCell, file: &Path) -> Result {
     let sources = &cell.model.document.sources;
     let now = fs::read(file);

@@ -1,4 +1,4 @@
-//! Taking a snapshot of a world.
+//! Takes a snapshot of a world.
 
 use std::sync::Arc;
 
@@ -20,7 +20,7 @@ use crate::{
 /// saved. The run continues unaffected.
 pub(crate) fn take(cell: &WorldCell) -> Result<Snapshot> {
     if !cell.running() {
-        return Err(Error::new("E503", "a world that is not running has no state to write").help("start it first"));
+        return Err(Error::new("E503", "a snapshot can be taken only of a running world").help("start it first"));
     }
     let mut snapshot = Snapshot::new(Head {
         tatu: env!("CARGO_PKG_VERSION").to_owned(),
@@ -61,22 +61,21 @@ fn meshes(cell: &WorldCell, scene: &Scene) -> Result<Vec<(u32, u32)>> {
         let foreign = |s: &Shape| s.parts.iter().any(|p| p.mesh.as_ref().is_some_and(|m| !own(m, p.mesh_number)));
         let lost = |s: &Shape| s.textures().any(|t| t.image.as_ref().is_some_and(|i| !owns(cell, i, t.image_number)));
         if o.shape().is_some_and(lost) {
-            return Err(Error::new("E503", format!("an image on {} is not the scene's", scene.path(slot))));
+            return Err(Error::new("E503", format!("an image on {} does not belong to the scene", scene.path(slot))));
         }
         if o.shape().is_some_and(foreign) {
-            return Err(Error::new("E503", format!("the meshes of {} are not the scene's", scene.path(slot))));
+            return Err(Error::new("E503", format!("the meshes of {} do not belong to the scene", scene.path(slot))));
         }
         let Some(mesh) = o.shape().and_then(|s| s.mesh.as_ref()) else { continue };
-        let number =
-            cell.model.document.meshes.iter().position(|m| Arc::ptr_eq(m, mesh)).ok_or_else(|| {
-                Error::new("E503", format!("the mesh of {} is not one of the scene's", scene.path(slot)))
-            })?;
+        let number = cell.model.document.meshes.iter().position(|m| Arc::ptr_eq(m, mesh)).ok_or_else(|| {
+            Error::new("E503", format!("the mesh of {} does not belong to the scene", scene.path(slot)))
+        })?;
         out.push((slot, number as u32));
     }
     Ok(out)
 }
 
-/// Returns whether an image is the document's under this number.
+/// Returns whether an image is the one with this number in the document.
 fn owns(cell: &WorldCell, image: &Arc<Image>, number: u32) -> bool {
     let known = cell.model.document.images.get((number as usize).wrapping_sub(1));
     known.is_some_and(|known| Arc::ptr_eq(known, image))
@@ -174,8 +173,8 @@ fn actuators(cell: &WorldCell, missed: &mut Vec<Missed>) -> Vec<ActuatorImage> {
     out
 }
 
-/// Returns the commands that wait for a client of a service: they cannot be saved, because another process has no such
-/// client.
+/// Returns the commands that wait for a client of a service or for a thread of a plugin. They cannot be saved, because
+/// another process has no such client or thread.
 fn from_outside(cell: &WorldCell) -> Vec<Missed> {
     let waits = cell.run.calls.waits.borrow().all();
     let waits = waits.into_iter().filter(|w| matches!(w.owner, Owner::Service(_)) || matches!(w.due, Due::Wake(_)));

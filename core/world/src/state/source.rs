@@ -1,4 +1,5 @@
-//! An edited scene as the file that it was opened from, of which everything else stays as it is written.
+//! Converts an edited scene to a scene file: the file that it was opened from, with only the edited parts changed, or a
+//! new file.
 
 use std::{
     collections::{BTreeMap, BTreeSet},
@@ -24,10 +25,10 @@ use crate::cell::{
     history::{Memento, WORLD},
 };
 
-/// Most rounds of changes: one for each level of models in models that were added, and some to spare.
+/// Maximum number of rounds of changes: one per nesting level of models that were added, and a few more.
 const MOST_ROUNDS: usize = 6;
 
-/// A scene file that describes the edited scene, and the document that it is read as.
+/// A scene file that describes the edited scene, and the document that results from reading it.
 pub(super) struct Saved {
     pub written: Written,
     document: Arc<Document>,
@@ -35,7 +36,7 @@ pub(super) struct Saved {
     slots: Vec<u32>,
 }
 
-/// Returns the scene as it is while stopped. Texts of scripts that were changed in the run are new.
+/// Returns the state of the scene while stopped, with the present texts of scripts that were changed in the run.
 pub(super) fn stopped(cell: &WorldCell) -> Memento {
     let Some(mut start) = cell.model.initial.borrow().clone() else { return capture(cell) };
     let scripts = cell.run.scripts.borrow();
@@ -47,7 +48,7 @@ pub(super) fn stopped(cell: &WorldCell) -> Memento {
     start
 }
 
-/// Returns the scene file changed so that it describes the scene.
+/// Returns the scene file, changed so that it describes the edited scene.
 pub(super) fn in_place(cell: &WorldCell, state: &Memento, target: &Path) -> Result<Saved> {
     let mut document = cell.model.document.shared();
     let own = document.file.clone().filter(|f| f.extension().is_some_and(|e| e == "toml"));
@@ -69,7 +70,7 @@ pub(super) fn in_place(cell: &WorldCell, state: &Memento, target: &Path) -> Resu
             let mut written = Written { text, files: files.into_iter().collect(), ..Written::default() };
             if cell.model.document.sources.are_recovered() {
                 written.files.extend(recovered_files(&document, target, &written));
-                // From now on, what is on disk is what was saved.
+                // From now on, the saved files are those on disk.
                 document = read(cell, target, &written.text, &written.files.iter().cloned().collect())?;
                 slots = by_path(&document, &state.scene);
             }
@@ -92,11 +93,11 @@ pub(super) fn in_place(cell: &WorldCell, state: &Memento, target: &Path) -> Resu
 
 fn not_in_place(problems: &[String]) -> Error {
     let why = if problems.is_empty() { "the edits".to_owned() } else { problems.join("; ") };
-    Error::new("E125", format!("the scene cannot be saved by changes of its file: {why}"))
+    Error::new("E125", format!("the scene cannot be saved by changing its file: {why}"))
         .help("save it under another name, which writes every object on its own")
 }
 
-/// Changes the text once.
+/// Runs one round of changes of the text.
 fn round(
     cell: &WorldCell,
     state: &Memento,
@@ -142,7 +143,7 @@ pub(super) fn flat(cell: &WorldCell, state: &Memento, target: &Path) -> Result<S
     Ok(Saved { written, document, slots })
 }
 
-/// Returns the services that the scene's own file names, without those that the program was told to run.
+/// Returns the services that the scene's own file names, without those that options of the program added.
 fn own_services(cell: &WorldCell) -> Vec<ServiceSpec> {
     let document = cell.model.document.shared();
     let Some(own) = document.file.as_deref().filter(|f| f.extension().is_some_and(|e| e == "toml")) else {
@@ -158,17 +159,18 @@ fn same_folder(a: &Path, b: &Path) -> bool {
     a.parent() == b.parent() || real(a).is_some_and(|folder| Some(folder) == real(b))
 }
 
-/// Returns whether a scene file refers to no other file in its folder, so that its text means the same in another one.
+/// Returns whether a scene file refers to no other file in its folder, so that its text has the same meaning in another
+/// folder.
 fn stands_alone(document: &Document, own: &Path) -> bool {
     let folder = own.parent().unwrap_or(Path::new(""));
     document.sources.files().iter().all(|(path, _)| path == own || !path.starts_with(folder))
 }
 
-/// Reads a text as if it were in a file, with separate files beside it.
+/// Reads a text as if it were the file `target`, with separate files beside it.
 fn read(cell: &WorldCell, target: &Path, text: &str, files: &BTreeMap<String, Vec<u8>>) -> Result<Arc<Document>> {
     let folder = target.parent().unwrap_or(Path::new(""));
     let known = cell.model.document.sources.files();
-    // What the document was read from is read again as it was then, so that only edits make a difference.
+    // The document's own files are used as they were first read, so that only edits make a difference.
     let before = known.into_iter().map(|(path, bytes)| (path, bytes.to_vec()));
     let beside = files.iter().map(|(name, bytes)| (folder.join(name), bytes.clone()));
     let all = before.chain(beside).chain([(target.to_owned(), text.as_bytes().to_vec())]);
@@ -183,7 +185,7 @@ fn read(cell: &WorldCell, target: &Path, text: &str, files: &BTreeMap<String, Ve
     }
 }
 
-/// Makes a saved file the one that the scene was made from.
+/// Makes a saved file the one that the scene is built from.
 pub(super) fn adopt(cell: &WorldCell, saved: Saved, scene: &Scene) {
     let origins = saved.slots.iter().map(|slot| if *slot == 0 { 0 } else { scene.id(*slot) }).collect();
     *cell.model.origins.borrow_mut() = origins;
@@ -210,7 +212,8 @@ fn by_path(document: &Document, scene: &Scene) -> Vec<u32> {
     slots.iter().map(find).collect()
 }
 
-/// Returns the names of the files in a folder beside the scene file, relative to that, in lower case.
+/// Returns the names of the files in a folder beside the scene file, relative to the scene file's folder, in lower
+/// case.
 fn files_in(target: &Path, folder: &str) -> BTreeSet<String> {
     let at = target.parent().unwrap_or(Path::new("")).join(folder);
     let names = fs::read_dir(at).into_iter().flatten().flatten().map(|e| e.file_name());
@@ -221,7 +224,7 @@ fn files_in(target: &Path, folder: &str) -> BTreeSet<String> {
 fn recovered_files(document: &Document, target: &Path, written: &Written) -> Vec<(String, Vec<u8>)> {
     let folder = target.parent().unwrap_or(Path::new(""));
     let used: BTreeSet<&Path> = document.objects.iter().flat_map(|o| &o.scripts).map(|s| Path::new(&s.name)).collect();
-    // Links could lead elsewhere.
+    // Links could point to files elsewhere.
     let real = |p: &Path| fs::canonicalize(if p.as_os_str().is_empty() { Path::new(".") } else { p }).ok();
     let is_below = |path: &Path| {
         let (above, folder) = (path.parent().and_then(real), real(folder));
@@ -270,7 +273,7 @@ impl<'a> Parts<'a> {
     }
 }
 
-/// The file of the scene.
+/// Returns the path of the scene's file.
 pub(super) fn own_file(cell: &WorldCell) -> Option<PathBuf> {
     cell.model.document.file.clone()
 }

@@ -6,9 +6,9 @@ use std::{
     path::{Path, PathBuf},
 };
 
-/// Writes a temporary file next to `path`, then renames it. If `path` is a link, the file that it leads to is replaced,
-/// and an existing file keeps its permissions. Anything but a regular file, such as a pipe or a device, is refused,
-/// because renaming would replace it.
+/// Writes a temporary file next to `path`, then renames it. If `path` is a link, its target is replaced, and an
+/// existing file keeps its permissions. Anything but a regular file, such as a pipe or a device, is refused, because
+/// renaming would replace it.
 pub fn write_whole(path: &Path, bytes: &[u8]) -> Result<()> {
     let path = target(path)?;
     let before = match fs::metadata(&path) {

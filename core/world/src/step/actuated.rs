@@ -1,5 +1,5 @@
-//! An advance of the engine with the devices that take part in it: actuators, and sensors that measure after each
-//! physics step.
+//! Advances the engine together with the devices that take part in this: actuators, and sensors that are measured after
+//! each physics step.
 
 use tatu_devices::{
     actuators::{self, Acts, ApplyFailure},
@@ -11,10 +11,10 @@ use tatu_scene::{Hooks, Scene};
 
 use crate::cell::WorldCell;
 
-/// What an advance led to.
+/// The results of an advance.
 #[derive(Default)]
 pub(super) struct Advanced {
-    /// Objects whose bodies were lost.
+    /// Objects whose bodies the engine lost because their motion became infinite.
     pub lost: Vec<u32>,
     /// Actuators that failed.
     pub actuators: Vec<ApplyFailure>,

@@ -1,4 +1,4 @@
-//! The barrier between two passes: removed objects lose their scripts and devices, added ones join.
+//! The barrier between two passes: ends the scripts and devices of removed objects, and adds new objects to the engine.
 
 use super::sensors;
 use crate::{
@@ -7,7 +7,7 @@ use crate::{
     instances::end_actuator,
 };
 
-/// Ends removed objects, and adds new ones.
+/// Ends the scripts and devices of removed objects, adds new objects to the engine, and delivers events.
 pub(crate) fn barrier(world: &WorldCell) {
     world.run.calls.caller.set(Caller::HOST);
     let version = world.state.scene.try_borrow().map_or(0, |s| s.shape_version);

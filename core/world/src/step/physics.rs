@@ -28,7 +28,7 @@ pub(super) fn physics(world: &WorldCell, dt: f64) {
         let path = world.state.scene.borrow().path(slot);
         let mut fault = Fault::new(FaultKind::Physics, format!("the motion of {path} became infinite; it is frozen"));
         fault.object = Some(path);
-        fault.help = Some("look for masses or forces of very different size, or use a smaller physics_dt_s".into());
+        fault.help = Some("look for masses or forces that differ greatly, or use a smaller physics_dt_s".into());
         world.report(fault);
     }
 }

@@ -1,4 +1,4 @@
-//! Running a single stage, for the step itself or for a driver.
+//! Runs a single stage, for the step itself or for a driver.
 
 use std::borrow::Cow;
 
@@ -21,7 +21,7 @@ pub(crate) enum Stage {
 }
 
 impl Stage {
-    /// Returns the stage with a number in the ABI.
+    /// Returns the stage that a number in the ABI denotes.
     pub fn of(number: u32) -> Option<Self> {
         [Stage::Actuate, Stage::Physics, Stage::Sense, Stage::React, Stage::Clean]
             .into_iter()
@@ -55,7 +55,7 @@ impl Drop for Running<'_> {
 pub(crate) fn run(world: &WorldCell, stage: Stage, dt: f64, who: impl Into<Cow<'static, str>>) -> Result<(), String> {
     let who = who.into();
     {
-        let mut stages = world.run.stages.try_borrow_mut().map_err(|_| "not possible from within this call")?;
+        let mut stages = world.run.stages.try_borrow_mut().map_err(|_| "a stage cannot run from within this call")?;
         if stages.iter().any(|(s, _)| *s == stage as u32) {
             let mut chain = String::new();
             for (s, asked) in stages.iter() {

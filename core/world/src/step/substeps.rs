@@ -40,7 +40,7 @@ impl Part {
     fn dt(self) -> f64 {
         self.whole / f64::from(self.count)
     }
-    /// Returns the fields that every callback gets.
+    /// Returns the fields that are passed to every callback.
     fn entries(self) -> Vec<(Value, Value)> {
         vec![
             of("step", Value::Int(i64::from(self.number) + 1)),
@@ -107,7 +107,7 @@ fn tell(world: &WorldCell, part: Part, after: bool) {
     Scripts::tell(world, Callback::Dyn, &Value::Map(map));
 }
 
-/// Sets the drives of all joints controlled by scripts to what the scripts answer.
+/// Sets the drives of all joints controlled by scripts, as the scripts answer.
 fn drive_joints(world: &WorldCell, part: Part) {
     let joints: Vec<u32> = {
         let scene = world.state.scene.borrow();

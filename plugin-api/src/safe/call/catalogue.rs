@@ -12,7 +12,7 @@ pub struct About {
     pub names: Vec<String>,
     /// The names of its parameters.
     pub params: Vec<String>,
-    /// One sentence.
+    /// Description, one sentence.
     pub text: String,
 }
 

@@ -1,12 +1,12 @@
-//! Edits that can be undone, and saving them.
+//! Edits of a scene, which can be undone and saved.
 
 use crate::abi::*;
 use crate::safe::{Result, ValueRef, World, call::shared_world::service};
 
 impl<'a> World<'a> {
-    /// Makes an edit: what `f` changes can be undone as one step named by `label` ("Move cup"). If `f` fails, what it
-    /// changed is taken back. Consecutive edits with the same label and the same `merge`, if that is not empty, become
-    /// one.
+    /// Makes an edit: all changes by `f` can be undone as one step with the name `label` ("Move cup"). If `f` fails,
+    /// its changes are reverted. Consecutive edits with the same label and the same `merge`, if that is not empty,
+    /// become one.
     pub fn edit<T>(&self, label: &str, merge: &str, f: impl FnOnce() -> Result<T>) -> Result<T> {
         let end = service!(self.edits.end);
         self.check(service!(self.edits.begin)(self.raw(), label.into(), merge.into()))?;
@@ -15,7 +15,7 @@ impl<'a> World<'a> {
         let done = done?;
         ended.map(|()| done)
     }
-    /// Takes back the last edit, or repeats the last one taken back if `redo` is set. Returns its label, or `None` if
+    /// Undoes the last edit or, if `redo` is set, redoes the last edit that was undone. Returns its label, or `None` if
     /// there is none.
     pub fn step_back(&self, redo: bool) -> Result<Option<String>> {
         let mut label = Lent::EMPTY;
@@ -32,8 +32,8 @@ impl<'a> World<'a> {
         self.check(service!(self.edits.state)(self.raw(), Some(&mut value)))?;
         Ok(value)
     }
-    /// Saves the scene into its own file if `file` is empty, otherwise into the path that [`World::file`] returned. If
-    /// `over` is set, a file that has changed on disk is replaced.
+    /// Saves the scene to its own file if `file` is empty, otherwise to `file`, a path that [`World::file`] returned.
+    /// If `over` is set, a file that has changed on disk is overwritten.
     pub fn save_edits(&self, file: &[u8], over: bool) -> Result {
         let flags = if over { TATU_SAVE_OVER } else { 0 };
         self.check(service!(self.edits.save)(self.raw(), file.into(), flags))
@@ -46,21 +46,21 @@ impl<'a> World<'a> {
     pub fn discard_copy(&self) -> Result {
         self.check(service!(self.edits.copy)(self.raw(), 1))
     }
-    /// Adds what a text in the format of scene files describes, below `parent` or, if that is 0, at the top. Returns the
-    /// first object.
+    /// Adds the objects that a text in the format of scene files describes, below `parent` or, if that is 0, at the
+    /// top. Returns the first object.
     pub fn add_text(&self, text: &[u8], parent: tatu_object) -> Result<tatu_object> {
         let mut out = 0;
         self.check(service!(self.edits.add)(self.raw(), text.into(), parent, Some(&mut out)))?;
         Ok(out)
     }
-    /// Returns the `index`-th kind of device that plugins offer, as a map of `object`, `id` and `text`, or `None` past the
-    /// last one.
+    /// Returns the `index`-th kind of device that plugins offer, as a map of `object`, `id` and `text`, or `None` past
+    /// the last one.
     pub fn kind(&self, index: u32) -> Result<Option<ValueRef<'a>>> {
         let mut out = ValueRef::NIL;
         let status = service!(self.edits.kind)(self.raw(), index, Some(&mut out));
         self.found(status, out)
     }
-    /// Requests that the program open a scene, in one of the ways `TATU_OPEN_*`.
+    /// Requests that the program open a scene; `how` is one of `TATU_OPEN_*`.
     pub fn open_as(&self, file: &[u8], how: u32) -> Result {
         self.check(service!(self.edits.open)(self.raw(), file.into(), how))
     }

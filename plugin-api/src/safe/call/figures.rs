@@ -9,7 +9,7 @@ pub fn keys<const N: usize>(entries: [(&str, Value); N]) -> Value {
 }
 
 impl<'a> World<'a> {
-    /// Adds a stream, curve, copy or drawing (`TATU_FIGURE_*`); returns its number.
+    /// Adds a stream, curve, copy or drawing (`TATU_FIGURE_*`); returns its id.
     pub fn add_figure(&self, graph: tatu_object, what: u32, keys: &Value) -> Result<i64> {
         let (mut owned, mut id) = (Owned::default(), 0);
         let map = owned.value(keys);
@@ -38,7 +38,7 @@ impl<'a> World<'a> {
     pub fn record_graph(&self, graph: tatu_object, time: f64) -> Result {
         self.check(service!(self.figures.record)(self.raw(), graph, time))
     }
-    /// Returns the numbers of all figures of one type.
+    /// Returns the ids of all figures of one type.
     pub fn figures(&self, graph: tatu_object, what: u32) -> Result<Vec<i64>> {
         let list = service!(self.figures.list);
         // SAFETY: `fill` passes a buffer with room for `cap` elements.
@@ -57,8 +57,8 @@ impl<'a> World<'a> {
         let status = service!(self.figures.part)(self.raw(), shape, index, Some(&mut out));
         self.found(status, out)
     }
-    /// Returns the image on the `index`-th visible part of a shape as a map, see `tatu_host_figures.image`, or `None` if
-    /// there is none.
+    /// Returns the image on the `index`-th visible part of a shape as a map, see `tatu_host_figures.image`, or `None`
+    /// if there is none.
     pub fn part_image(&self, shape: tatu_object, index: u32) -> Result<Option<ValueRef<'a>>> {
         let mut out = ValueRef::NIL;
         let status = service!(self.figures.image)(self.raw(), shape, index, Some(&mut out));
@@ -90,8 +90,8 @@ impl<'a> World<'a> {
     pub fn put_in(&self, kind: &str, what: &str) -> Result {
         self.check(service!(self.session.put_in)(self.raw(), kind.into(), what.into()))
     }
-    /// Reads something outside the simulation during a step, and records it as an input. A replay takes it from the
-    /// log, and does not call `look`. The result is text.
+    /// Reads something outside the simulation during a step by calling `look`, and records the text as an input. A
+    /// replay returns the recorded text, and does not call `look`.
     pub fn observe(&self, kind: &str, look: impl FnOnce() -> String) -> Result<String> {
         let mut out = Lent::EMPTY;
         let status = service!(self.session.observed)(self.raw(), kind.into(), Some(&mut out));

@@ -73,8 +73,7 @@ impl Host {
         Some(host)
     }
 
-    /// A host that offers nothing, for tests of what needs none: functions that ask it for something fail, and what is
-    /// logged is lost.
+    /// Returns a host without services, for tests: functions that use a service fail, and log messages are discarded.
     pub fn without_services() -> Self {
         Host {
             raw: std::ptr::null(),
@@ -95,11 +94,11 @@ impl Host {
         }
     }
 
-    /// Returns the folder of the plugin's assets, `tatu_NAME.assets` beside its library, if there is one. What a world
-    /// computes may depend on its files, so read them at the start.
+    /// Returns the folder of the plugin's assets, `tatu_NAME.assets` beside its library, if there is one. Read its
+    /// files at the start, so that they cannot change during a run.
     pub fn assets(&self) -> Option<&'static Path> {
-        // SAFETY: the host lives until the plugin's shutdown and begins with its size; the field is read only if it lies
-        // within that size. Its text lives as long as the host.
+        // SAFETY: the host lives until the plugin's shutdown and begins with its size; the field is read only if it
+        // lies within that size. Its text lives as long as the host.
         unsafe {
             let at = self.raw.as_ref().filter(|h| h.size as usize >= size_of::<tatu_host>())?.assets;
             (!at.is_null()).then(|| CStr::from_ptr(at).to_str().ok().map(Path::new)).flatten()

@@ -29,7 +29,7 @@ impl World<'_> {
     }
 }
 
-/// Calls a command by any of its names. `token` 0: it must not wait.
+/// Calls a command by any of its names. If `token` is 0, the command must not wait.
 pub(crate) fn call_by_name(world: &World<'_>, name: &str, args: &[Value], token: u64) -> Result<Called> {
     let (find, run) = (service!(world.commands.find), service!(world.commands.call));
     let mut alias = 0;
@@ -38,7 +38,7 @@ pub(crate) fn call_by_name(world: &World<'_>, name: &str, args: &[Value], token:
         return Err(Fail::with_code(TATU_ERR_UNKNOWN, format!("there is no command `{name}`")));
     }
     let frame = tatu_call { command, alias, wait_token: token, ..tatu_call::empty() };
-    // SAFETY: the frame is whole.
+    // SAFETY: `call` passes a complete frame that lives during the call.
     call(world, frame, args, |world, frame| unsafe { run(world, frame) })
 }
 

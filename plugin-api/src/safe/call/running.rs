@@ -28,8 +28,8 @@ pub struct Ticket {
 }
 
 impl Ticket {
-    /// Delivers the result, which is copied. It ends the wait at the next barrier of the world; if the world has ended,
-    /// it is ignored.
+    /// Delivers the result, which is copied. The wait ends at the next barrier of the world; if the world has ended,
+    /// the result is ignored.
     pub fn wake(self, result: &[u8]) -> Result {
         let wake = self.host.commands.and_then(|c| c.wake).ok_or_else(no_tickets)?;
         // SAFETY: the host lives until the plugin's shutdown, and the header permits this call on any thread.
@@ -280,14 +280,17 @@ impl<'a, P: Plugin> Call<'a, P> {
     pub fn world(&self) -> World<'a> {
         self.whole_world()
     }
-    /// What the plugin keeps for this world. It panics if the plugin has not called [`Offer::per_world`](crate::safe::Offer::per_world).
+    /// Returns the plugin's state of this world.
+    ///
+    /// # Panics
+    /// Panics if the plugin has not called [`Offer::per_world`](crate::safe::Offer::per_world).
     pub fn instance(&self) -> &'a P::World
     where
         P: PerWorld,
     {
         assert!(
             !self.0.raw.instance.is_null(),
-            "nothing is kept for a world: `Plugin::offer` lacks `offer.per_world()`"
+            "the plugin has no state per world: `Plugin::offer` must call `offer.per_world()`"
         );
         // SAFETY: for commands with exclusive access, `instance` is the `data` that `create` made for this plugin (null
         // was excluded above), and it lives until the world ends.
@@ -299,8 +302,8 @@ impl<'a, P: Plugin> Call<'a, P> {
         self.0.raw.wait_token != 0
     }
     /// Returns the word passed to the wait that has just ended, or 0 if the command is called for the first time. The
-    /// arguments are no longer available then: store what you need in the instance, under that word. If the script
-    /// ends, the command is not called again, so discard stale entries.
+    /// arguments are no longer available then: store the data that you need in the instance, under that word. If the
+    /// script ends, the command is not called again, so discard stale entries.
     pub fn resumed(&self) -> u64 {
         self.0.raw.resume
     }
@@ -334,9 +337,9 @@ impl<'a, P: Plugin> Call<'a, P> {
         self.wait(TATU_UNTIL_POLL, 0.0, "", resume)
     }
 
-    /// Takes a ticket for work on a thread of the plugin's own, which delivers its result by [`Ticket::wake`]; the
-    /// command then returns [`Call::wait_wake`]. `None` in the replay of a recorded run, which has the result: wait in the
-    /// same way, but start no thread.
+    /// Returns a ticket for work on a thread of the plugin's own, which delivers its result by [`Ticket::wake`]; the
+    /// command then returns [`Call::wait_wake`]. Returns `None` in a replay, where the result is in the input log; the
+    /// command must wait likewise, but start no thread.
     pub fn ticket(&mut self) -> Result<Option<Ticket>> {
         let host = *self.world().host();
         let (call, mut number) = (&mut *self.0.raw, 0);
@@ -375,7 +378,7 @@ impl<'a, P: Plugin> Call<'a, P> {
         let (world, mut kept) = (self.world(), 0);
         match service!(world.commands.retain)(world.raw(), func, Some(&mut kept)) {
             TATU_OK => Ok(kept),
-            status => Err(Fail::with_code(status, "the function cannot be kept")),
+            status => Err(Fail::with_code(status, "the function cannot be retained")),
         }
     }
     /// Releases a retained function.

@@ -34,7 +34,7 @@ macro_rules! service {
     ($world:ident . $table:ident . $function:ident) => {
         $world.host().$table.and_then(|t| t.$function).ok_or_else(|| {
             $crate::safe::Fail::unsupported(concat!(
-                "this host offers no ",
+                "this host lacks the service function ",
                 stringify!($table),
                 ".",
                 stringify!($function)
@@ -49,7 +49,7 @@ impl<'a> SharedWorld<'a> {
     pub(crate) fn new(raw: WorldRef<'a>, host: &'a Host) -> Self {
         SharedWorld { raw, host }
     }
-    /// Returns the world in the form that host functions take.
+    /// Returns the world in the form that host functions accept.
     pub fn raw(&self) -> WorldRef<'a> {
         self.raw
     }

@@ -1,5 +1,5 @@
-//! Stand-ins for missing objects that scripts look up: see `tatu.host.stand_ins` in `tatu.h`. Parallel scripts get
-//! none.
+//! Stand-ins for missing objects that scripts look up: see `tatu_host_stand_ins` in `tatu/vrep.h`. They are not created
+//! for scripts that run in parallel.
 
 use std::ffi::CString;
 
@@ -17,7 +17,7 @@ impl SharedWorld<'_> {
         (object(self.raw(), from, name.into(), kind, Some(&mut id)) >= 0).then_some(id)
     }
     /// Reports that an object was used as one of a kind, or as a sensor with a schema ("proximity/1"); returns whether
-    /// it is one now. Only stand-ins change.
+    /// it has that kind now. Only stand-ins change their kind.
     pub fn used_as(&self, object: tatu_object, kind: &str) -> bool {
         let Ok(kind) = CString::new(kind) else { return false };
         let used = self.host().stand_ins.and_then(|t| t.used);

@@ -17,7 +17,7 @@ pub struct Closest {
     pub pair: [tatu_object; 2],
 }
 
-/// Two shapes that touch.
+/// A contact between two shapes.
 pub type Contact = tatu_contact;
 
 /// A world, during a call with exclusive access to it.
@@ -41,9 +41,9 @@ impl<'a> World<'a> {
         World(SharedWorld::new(unsafe { WorldRef::new(world) }, host))
     }
 
-    /// No world, of a host that offers nothing: for tests of what needs none. Each of its functions fails.
+    /// Returns a placeholder without a world, for tests with [`Host::without_services`]; all its functions fail.
     pub fn nowhere(host: &'a Host) -> Self {
-        // SAFETY: null is no world, whatever the host is.
+        // SAFETY: a null world is allowed with any host.
         unsafe { Self::new(std::ptr::null_mut(), host) }
     }
 

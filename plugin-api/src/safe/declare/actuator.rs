@@ -21,10 +21,10 @@ pub struct Drive<'a> {
 }
 
 impl<'a> Drive<'a> {
-    /// The input of instance `i` of a batch: for a host, or what stands in for one in tests.
+    /// Creates the input of instance `i` of a batch. For hosts, and for tests without a host.
     ///
     /// # Safety
-    /// The batch is valid for `'a` as `tatu/actuator.h` describes it, and has this instance.
+    /// The batch must be valid for `'a`, as described in `tatu/actuator.h`, and have this instance.
     pub unsafe fn new(batch: &'a tatu_actuator_batch, commands: &'a [f64], i: usize) -> Self {
         Drive { batch, commands, i }
     }
@@ -42,7 +42,7 @@ impl<'a> Drive<'a> {
     pub fn dt(&self) -> f64 {
         self.batch.dt
     }
-    /// Returns the actuator.
+    /// Returns the actuator's object.
     pub fn actuator(&self) -> tatu_object {
         self.own(self.batch.actuator)
     }
@@ -80,11 +80,11 @@ pub struct Output<'a> {
     pub force: [f64; 3],
     /// Torque on the mount, world frame, N m.
     pub torque: [f64; 3],
-    /// Torque or force of the joint it is attached to, N m or N.
+    /// Torque or force on the joint that it is attached to, N m or N.
     pub effort: f64,
     /// [`Actuator::STATE`] numbers that persist between calls; zeroed when the scene is reset.
     pub state: &'a mut [f64],
-    /// The fields that it reports, [`Actuator::fields`]; all zero at first.
+    /// The actuator's own reading: its [`Actuator::fields`], all zero at first.
     pub report: Readout<'a>,
 }
 
@@ -96,7 +96,7 @@ pub trait Actuator: Sized + Send + Sync + 'static {
     const ID: &'static str;
     /// Description, one sentence.
     const TEXT: &'static str;
-    /// Whether it is called before each physics step, instead of once per step of the world.
+    /// Whether `apply` is called before each physics step, instead of once per step of the world.
     const EVERY_SUBSTEP: bool = false;
     /// Number of values that each instance keeps between calls: [`Output::state`]. The host stores them, so they are
     /// part of snapshots and survive a reload.
@@ -104,13 +104,13 @@ pub trait Actuator: Sized + Send + Sync + 'static {
     /// Version of these values and of the data that [`Actuator::save`] writes; increase it when their meaning changes.
     const STATE_VERSION: u32 = 0;
 
-    /// The schemas of what it reports.
+    /// The schemas of its own readings.
     const SCHEMAS: &'static [&'static str] = &[];
 
     /// Declares its parameters.
     fn params() -> Vec<Param>;
-    /// Declares the fields that it reports, such as its speed and current, which are read like those of a sensor; none by
-    /// default.
+    /// Declares the fields of its own readings, such as its speed and current, which are read like those of a sensor.
+    /// By default there are none.
     fn fields() -> Vec<Field> {
         Vec::new()
     }
@@ -119,7 +119,7 @@ pub trait Actuator: Sized + Send + Sync + 'static {
     /// Creates an instance. `world` is read-only.
     fn create(world: &SharedWorld<'_>, instance: Instance, params: &Params<'_>) -> Result<Self>;
     /// Applies new values of live parameters; `changed` has a bit for each parameter, in the order of declaration. The
-    /// state is kept. After an error, the old values stay in effect. A parameter with [`Param::rebuilds`] is never
+    /// state is retained. After an error, the old values stay in effect. A parameter with [`Param::rebuilds`] is never
     /// passed here.
     fn configure(&mut self, params: &Params<'_>, changed: u64) -> Result<Change> {
         let _ = (params, changed);
@@ -219,7 +219,7 @@ unsafe extern "C" fn apply<A: Actuator>(
         // SAFETY: the host passes null or a batch that is valid during the call, and no other thread uses its
         // instances.
         let batch = unsafe { batch.as_ref() }.ok_or_else(|| Fail::new("the host passed no batch"))?;
-        // The state is copied in and out, because the block itself belongs to the host.
+        // The state is copied to a local buffer and back, because the block itself belongs to the host.
         let mut state = vec![0.0; A::STATE];
         for i in 0..batch.n as usize {
             // SAFETY: the arrays are valid during the call and have one entry per instance, and `i` is below `n`.

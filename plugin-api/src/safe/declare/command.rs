@@ -36,8 +36,8 @@ impl<P: Plugin> Command<P> {
     ) -> Self {
         Self::with(name.into(), Function::Alone(Box::new(move |call| run(call).map(IntoResult::into_outcome))))
     }
-    /// Creates a command that parallel scripts may call too, on several threads at once. It can read the world;
-    /// [`SharedWorld::set`](crate::safe::SharedWorld::set) can only change drives of joints.
+    /// Creates a command that scripts running in parallel may call, too, on several threads at once. It can read the
+    /// world, and change drives of joints by [`SharedWorld::set`](crate::safe::SharedWorld::set), but nothing else.
     pub fn side_by_side<T: IntoResult + 'static>(
         name: impl Into<String>,
         run: impl Fn(&mut SharedCall<'_, P>) -> Result<T> + Send + Sync + 'static,
@@ -64,7 +64,7 @@ impl<P: Plugin> Command<P> {
         self.names.push(Name { name: name.into(), on_error: None, until: None });
         self
     }
-    /// Adds an old name. If a call by this name fails, the error is logged, and these values are returned instead.
+    /// Adds an old name. If a call by this name fails, the error is logged, and `on_error` is returned instead.
     pub fn old_name(mut self, name: impl Into<String>, on_error: impl Into<Vec<Value>>) -> Self {
         self.names.push(Name { name: name.into(), on_error: Some(on_error.into()), until: None });
         self

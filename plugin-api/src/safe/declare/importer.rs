@@ -22,8 +22,8 @@ pub trait Importer: Sized + 'static {
 
     /// Declares its parameters.
     fn params() -> Vec<Param>;
-    /// Returns the confidence, 0 to 100, that it can read a file that begins with `head`; 0 if it is recognized only by
-    /// its suffix.
+    /// Returns the confidence, 0 to 100, that the importer can read a file that begins with `head`; 0 if such files are
+    /// recognized only by their suffix.
     fn sniff(head: &[u8]) -> u32;
     /// Reads a file; the first object is the base. An error reports its line by `Fail::at("", line)`; malformed input
     /// must cause an error, never a crash.

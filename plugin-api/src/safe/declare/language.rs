@@ -46,9 +46,9 @@ impl<'a> Frame<'a> {
     pub fn raw(&mut self) -> *mut tatu_call {
         self.raw
     }
-    /// The world in which the script runs.
+    /// Returns the world in which the script runs.
     pub fn world(&self) -> World<'a> {
-        // SAFETY: the frame's world is one of the host, and lives longer than the call.
+        // SAFETY: the frame's world belongs to the host, and lives longer than the call.
         unsafe { World::new(self.raw.world, self.host) }
     }
     /// Returns the arguments.
@@ -88,7 +88,7 @@ pub trait Language: Sized + 'static {
     /// Suffixes of its files, such as ".lua".
     const SUFFIXES: &'static [&'static str];
 
-    /// Creates the state of a script, without its source. Keeping the world for later calls is unsafe; see
+    /// Creates the state of a script, without its source. Storing the world for later calls requires `unsafe`; see
     /// [`World::new`].
     fn create(world: &World<'_>, instance: Instance) -> Result<Self>;
     /// Loads the source; `dialect` may be empty. Returns the dialect in use.
@@ -109,9 +109,9 @@ pub trait Language: Sized + 'static {
     }
     /// Returns a number for a callable, or 0 if there is none. `how` is one of `TATU_FIND_*`.
     fn find(&self, how: u32, name: &[u8]) -> u32;
-    /// Calls a callable; `used` returns the number of instructions.
+    /// Calls a callable; `used` receives the number of executed instructions.
     fn call(&self, callable: u32, frame: &mut Frame<'_>, budget: Budget, used: &mut u64) -> Result<Flow>;
-    /// Continues after a wait. The arguments are the results of the command, unless it failed.
+    /// Continues after a wait. The frame's arguments are the results of the command that waited, unless it failed.
     fn resume(
         &self,
         token: u64,
@@ -138,8 +138,8 @@ pub trait Language: Sized + 'static {
     fn drop_func(&self, local: u32);
     /// Calls a function, borrowed or retained.
     fn call_func(&self, local: u32, frame: &mut Frame<'_>, budget: Budget, used: &mut u64) -> Result<Flow>;
-    /// Checks whether it supports a dialect that a scene names; the error lists the supported ones. By default all are
-    /// accepted.
+    /// Checks whether the language supports a dialect that a scene names; the error lists the supported dialects. By
+    /// default all are accepted.
     fn knows_dialect(_dialect: &str) -> Result {
         Ok(())
     }
@@ -168,7 +168,7 @@ impl<L: Language> Life for Data<L> {
     }
 }
 
-/// Queries the script of a call that cannot return an error.
+/// Calls a function of the script for a call of the host that cannot return an error.
 ///
 /// # Safety
 /// `data` must have been made by `create` for this language, and be alive.
@@ -231,8 +231,8 @@ unsafe extern "C" fn load<L: Language>(
         let len = result.as_bytes().len() as u64;
         let mut kept = data.dialect.lock().map_err(|_| Fail::new("the script's state is unusable"))?;
         *kept = result;
-        // SAFETY: `chosen` points to a valid place for the answer. The text lives in `data`, until the next call of
-        // `load` or the end of the instance.
+        // SAFETY: `chosen` is valid for a write. The text is stored in `data` until the next call of `load` or the end
+        // of the instance.
         unsafe { *chosen = tatu_str { ptr: kept.as_ptr().cast::<c_char>(), len } };
         Ok(TATU_OK)
     })

@@ -26,7 +26,7 @@ pub trait Model: Sized + 'static {
     /// Category in lists, such as "mobile robots", "arms" or "furniture"; may be empty.
     const CATEGORY: &'static str = "";
 
-    /// What it is mounted by in a slot of another model; if empty, it fits everywhere.
+    /// The mounts by which the model fits a slot of another model; if empty, it fits every slot.
     const MOUNTS: &'static [&'static str] = &[];
 
     /// Declares the model's parameters.
@@ -75,8 +75,8 @@ impl<'a> Builder<'a> {
             id => Ok(id as i64),
         }
     }
-    /// Adds a triangle mesh with the place of each point in an image, 0 to 1 to the right and up, for textures whose
-    /// mapping is "mesh". Without coordinates, or in a host that only projects images, it is a mesh as any other.
+    /// Adds a triangle mesh with the position of each point in an image, 0 to 1 to the right and up, for textures whose
+    /// mapping is "mesh". Without coordinates, or in a host that only projects images, this is [`Builder::mesh`].
     pub fn textured_mesh(&self, points: &[[f64; 3]], coordinates: &[[f32; 2]], triangles: &[[u32; 3]]) -> Result<i64> {
         let end = std::mem::offset_of!(tatu_builder, textured_mesh) + size_of::<usize>();
         let known = !coordinates.is_empty() && self.raw.size as usize >= end;
@@ -86,7 +86,7 @@ impl<'a> Builder<'a> {
         let (n, m) = (points.len() as u64, triangles.len() as u64);
         if coordinates.len() != points.len() {
             return Err(Fail::argument(format!(
-                "a mesh has {} coordinates of images for {n} points",
+                "a mesh must have one texture coordinate per point, but has {} for {n} points",
                 coordinates.len()
             )));
         }
@@ -134,8 +134,8 @@ impl<'a> Builder<'a> {
             _ => Ok(()),
         }
     }
-    /// Adds what a text in the scene format describes, with objects without a parent below `parent`. `name` is the file
-    /// from which the text comes, relative to the folder of the source.
+    /// Adds the objects that a text in the scene format describes; those without a parent are placed below `parent`.
+    /// `name` is the file from which the text comes, relative to the folder of the source.
     pub fn scene(&self, parent: Option<Node<'a>>, name: &str, text: &str) -> Result {
         let parent = parent.map_or(0, |p| p.id);
         match self.raw.scene.map_or(TATU_ERR_UNSUPPORTED, |f| f(Some(self.raw), parent, name.into(), text.into())) {

@@ -14,11 +14,11 @@ use crate::safe::{
 pub trait ModelReader: Sized + 'static {
     /// The plugin that provides it.
     type Plugin: Plugin;
-    /// A model as the reader keeps it.
+    /// The reader's own representation of a model.
     type Model: 'static;
 
     /// Reads a model from the text of its file; `name` is that of its folder. [`Fail::unsupported`] leaves the text to
-    /// other readers; other errors give the line by [`Fail::at`].
+    /// other readers; other errors state the line by [`Fail::at`].
     fn read(plugin: &Self::Plugin, name: &str, text: &str) -> Result<(ModelInfo, Self::Model)>;
     /// Builds the model; the first object is its base. It may be called within itself, by [`Builder::scene`].
     fn build(model: &Self::Model, builder: &Builder<'_>, params: &Params<'_>) -> Result;
@@ -33,7 +33,7 @@ pub struct ModelInfo {
     pub category: String,
     /// Licence as an SPDX expression; if empty, that of the plugin.
     pub licence: String,
-    /// What it is mounted by in a slot of another model; if empty, it fits everywhere.
+    /// The mounts by which the model fits a slot of another model; if empty, it fits every slot.
     pub mounts: Vec<String>,
     /// Its parameters.
     pub params: Vec<Param>,
@@ -43,20 +43,20 @@ pub struct ModelInfo {
     pub numbers: Vec<ModelNumber>,
 }
 
-/// A place of a model to which others can be attached.
+/// A slot of a model, to which other models can be attached.
 #[derive(Debug, Clone, Default)]
 pub struct ModelSlot {
     /// Alias of the object.
     pub alias: String,
-    /// What fits; if empty, anything.
+    /// The mount that fits, such as "iso9409-50-4-m6"; if empty, any.
     pub mount: String,
-    /// Where it is, one sentence.
+    /// Its location, one sentence.
     pub text: String,
     /// Greatest mass that may be attached, kg, above which the host warns; 0 if it is not stated.
     pub payload: f64,
 }
 
-/// A constant of a model, and where it comes from.
+/// A constant of a model, with the source of its value.
 #[derive(Debug, Clone)]
 pub struct ModelNumber {
     /// Its name.
@@ -69,7 +69,7 @@ pub struct ModelNumber {
     pub source: String,
 }
 
-/// A model that was read. The table comes first: its address is that of the whole.
+/// A model that was read. The table must be the first field, because its address is also that of the struct.
 #[repr(C)]
 struct Read<R: ModelReader> {
     raw: tatu_model,
@@ -90,7 +90,7 @@ pub(crate) unsafe extern "C" fn read<R: ModelReader>(
             unsafe { (&*me.cast::<Started<R::Plugin>>(), bytes_of(name), bytes_of(text), out.as_mut()) };
         let utf8 = |bytes| std::str::from_utf8(bytes).map_err(|_| Fail::argument("the text is not UTF-8"));
         let (name, text) = (utf8(name)?, utf8(text)?);
-        let out = out.ok_or_else(|| Fail::argument("there is no place for the model"))?;
+        let out = out.ok_or_else(|| Fail::argument("the host passed no address for the model"))?;
         let lock = || started.read.lock().unwrap_or_else(PoisonError::into_inner);
         let known = lock().known.iter().find(|(n, t, _)| n == name && t == text).map(|(_, _, model)| *model);
         let model = match known {
@@ -160,10 +160,10 @@ unsafe extern "C" fn build<R: ModelReader>(
     error: *mut tatu_error,
 ) -> tatu_status {
     guard::run(error, || {
-        // SAFETY: the host passes a builder that is valid during the call. Its `model` is the one that is built, which
-        // `read` put at the start of a `Read<R>`, since no other table has this function.
+        // SAFETY: the host passes a builder that is valid during the call. Its `model` is the one that is built; `read`
+        // stored it at the start of a `Read<R>`, because no other table has this function.
         let (raw, model) = unsafe { (&*builder, (*builder).model.cast::<Read<R>>().as_ref()) };
-        let model = model.ok_or_else(|| Fail::new("the host does not say which model it builds"))?;
+        let model = model.ok_or_else(|| Fail::new("the host did not pass the model to build"))?;
         // SAFETY: the host passes one value per declared parameter.
         let values = unsafe { ValueRef::slice(params, model.params.len()) };
         R::build(&model.model, &Builder::new(raw), &Params::new(values, &model.params))?;

@@ -30,7 +30,7 @@ impl<P: Plugin> Offer<P> {
             events: Vec::new(),
         }
     }
-    /// Keeps for each world what [`PerWorld`] says, for commands.
+    /// Gives each world an instance for commands, as [`PerWorld`] declares it.
     pub fn per_world(&mut self)
     where
         P: PerWorld,

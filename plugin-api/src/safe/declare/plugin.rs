@@ -5,18 +5,19 @@ use std::{collections::HashSet, ffi::c_void, sync::Mutex};
 use crate::abi::*;
 use crate::safe::{Fail, Host, Param, Result, Value, World, value::keep::Keep};
 
-/// A plugin. One value per host; it has no mutable globals, and what belongs to a world is kept by [`PerWorld`].
+/// A plugin. There is one value per host. A plugin must not have mutable globals; state that belongs to a world is
+/// stored in an instance of [`PerWorld`].
 pub trait Plugin: Sized + Send + Sync + 'static {
     /// Starts the plugin. Services can be looked up now, and called once a world exists.
     fn start(host: &Host) -> Result<Self>;
-    /// Declares what it offers.
+    /// Declares everything that the plugin offers.
     fn offer(offer: &mut Offer<Self>);
 }
 
-/// A plugin whose commands keep something for each world. It says so by [`Offer::per_world`].
+/// A plugin whose commands store state for each world. It must call [`Offer::per_world`].
 pub trait PerWorld: Plugin {
-    /// What is kept. Commands get it as `&`, by [`Call::instance`], and may be re-entered while they call a function: use
-    /// cells, and borrow them briefly.
+    /// The state of a world. [`Call::instance`] returns it as a shared reference. Commands may be re-entered while they
+    /// call a function, so use cells, and borrow them only briefly.
     type World: 'static;
 
     /// Creates the instance for a new world.
@@ -30,10 +31,10 @@ pub trait PerWorld: Plugin {
         let _ = (kept, world);
         Ok(())
     }
-    /// Version of what [`PerWorld::save`] writes; increase it when that changes.
+    /// Version of the data that [`PerWorld::save`] writes; increase it when that changes.
     const STATE_VERSION: u32 = 0;
-    /// The state of `world`, for a snapshot. Without this function it is reported as missing in the snapshot, and the run
-    /// is restored by replay.
+    /// Saves the state of `world`, for a snapshot. Without this function, the state is reported as missing in the
+    /// snapshot, and the run is restored by replay.
     fn save(world: &Self::World) -> Result<Vec<u8>> {
         let _ = world;
         if size_of::<Self::World>() == 0 {
@@ -59,7 +60,7 @@ pub struct Instance {
     pub seed: u64,
 }
 
-/// The way in which an instance applies new values of its parameters.
+/// How an instance applies new values of its parameters.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Change {
     /// The instance uses them from now on.
@@ -73,7 +74,7 @@ pub(crate) struct Started<P: Plugin> {
     pub(crate) plugin: P,
     pub(crate) host: Host,
     pub(crate) tables: Tables,
-    /// Models that it has read.
+    /// Models that the plugin has read.
     pub(crate) read: Mutex<ReadModels>,
 }
 
@@ -81,7 +82,7 @@ pub(crate) struct Started<P: Plugin> {
 pub(crate) type ReadModel =
     unsafe extern "C" fn(*mut c_void, tatu_str, tatu_str, *mut *const tatu_model, *mut tatu_error) -> tatu_status;
 
-/// Models that were read, until shutdown: each by its name and text, so that the same text is read once.
+/// Models that were read, stored until shutdown by name and text, so that the same text is read only once.
 #[derive(Default)]
 pub(crate) struct ReadModels {
     pub(crate) known: Vec<(String, String, *const tatu_model)>,
@@ -104,7 +105,7 @@ pub(crate) struct Tables {
 /// Collects everything that a plugin provides; see [`Plugin::offer`].
 pub struct Offer<P: Plugin> {
     pub(crate) keep: Keep,
-    /// What is created and destroyed with each world; null: nothing.
+    /// The life cycle of the instance per world; null if there is none.
     pub(crate) per_world: *const tatu_life,
     pub(crate) commands: Vec<Command<P>>,
     /// Names of the commands, as a set because a plugin may look up each of hundreds.

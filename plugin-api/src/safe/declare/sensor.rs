@@ -25,11 +25,11 @@ pub enum Form {
         /// Half of the opening angle, rad, 0 to pi.
         half_angle: f64,
     },
-    /// A different volume, `TATU_BEAMS_PYRAMID`, `_CYLINDER` or `_DISC`, with its numbers as in `tatu.h`.
+    /// A volume of a different form, `TATU_BEAMS_PYRAMID`, `_CYLINDER` or `_DISC`.
     Volume {
         /// Form of the volume, `TATU_BEAMS_*`.
         form: u32,
-        /// Dimensions of the volume, as in `tatu.h`.
+        /// Dimensions of the volume; `enum tatu_beam_form` in `tatu/sensor.h` lists them for each form.
         dims: [f64; 6],
     },
     /// A pinhole image with square pixels.
@@ -69,11 +69,11 @@ pub struct Beams {
     pub faces: (bool, bool),
     /// Whether visible objects are detected, as by a camera, instead of detectable ones.
     pub visible: bool,
-    /// Numbers to which [`TATU_DIM_OWN`] in shapes of fields refers; 0 if there is no such field.
+    /// Dimensions to which [`TATU_DIM_OWN`] in the shape of a field refers; if one is 0, the field is empty.
     pub own: [u32; 4],
     /// `TATU_IN_*`: inputs that this instance does not need; they are 0 or absent.
     pub without: u32,
-    /// Whether a point found by a volume counts only if nothing is between it and the sensor.
+    /// Whether the nearest point in a volume is detected only if no surface is between it and the sensor.
     pub occlude: bool,
     /// Physical nature of the beams: a sum of `TATU_WAVES_*`.
     pub waves: u32,
@@ -81,7 +81,7 @@ pub struct Beams {
     pub aimed: bool,
     /// Origins of rays in the sensor's frame, m, one per ray; empty: all start at the sensor's origin.
     pub origins: Vec<[f64; 3]>,
-    /// The joint, shape or force sensor that the sensor feels; 0: the nearest of each kind at or above it.
+    /// The observed joint, shape or force sensor; 0: the nearest of each kind at or above the sensor.
     pub observed: tatu_object,
 }
 
@@ -130,15 +130,15 @@ pub trait Sensor: Sized + Send + Sync + 'static {
     /// The inputs that it needs: a sum of `TATU_IN_*`.
     const INPUTS: u32;
 
-    /// Whether it measures after each physics step, instead of at the end of a step of the world: for sensors of motion,
-    /// force and contact, which have no beams.
+    /// Whether it measures after each physics step, instead of at the end of a step of the world: for sensors of
+    /// motion, force and contact, which have no beams.
     const EVERY_PHYSICS_STEP: bool = false;
 
     /// Declares its parameters.
     fn params() -> Vec<Param>;
     /// Declares the fields that it fills.
     fn fields() -> Vec<Field>;
-    /// Presets of this kind of sensor.
+    /// The presets of this kind of sensor.
     const PRESETS: &'static [Preset] = &[];
     /// Creates an instance. `world` is read-only.
     fn create(world: &SharedWorld<'_>, instance: Instance, params: &Params<'_>) -> Result<Self>;

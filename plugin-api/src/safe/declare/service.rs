@@ -71,7 +71,7 @@ pub trait Service: Sized + 'static {
         if bytes.is_empty() { Ok(()) } else { Err(Fail::unsupported("it does not restore state")) }
     }
     /// Takes the service's last turn, before the world ends. The world can be read but not changed; clients that wait
-    /// for an answer can still get one.
+    /// for a response can still receive one.
     fn last(&self, turn: &Turn<'_>) -> Result {
         let _ = turn;
         Ok(())

@@ -24,8 +24,8 @@ pub(crate) fn run(error: *mut tatu_error, f: impl FnOnce() -> Result<tatu_status
     }
 }
 
-/// Calls a function that a plugin puts into a table of the ABI itself; a panic becomes `TATU_ERR_PANIC` and an error.
-/// Functions of this crate's traits are guarded already.
+/// Runs `f` for a plugin that fills a table of the ABI itself; an error or panic is written into the host's error
+/// object. Functions of this crate's traits are guarded already.
 ///
 /// # Safety
 /// `error` must be null, or point to an error object of the host that is alive during the call.
@@ -33,8 +33,7 @@ pub unsafe fn guarded(error: *mut tatu_error, f: impl FnOnce() -> Result<tatu_st
     run(error, f)
 }
 
-/// Runs `f` where no error can be returned. A panic is logged as an error, and the host reports the function that it
-/// called.
+/// Runs `f` where no error can be returned. A panic is logged as an error, and the default value is returned.
 pub fn quiet<T: Default>(f: impl FnOnce() -> T) -> T {
     catch_unwind(AssertUnwindSafe(f)).unwrap_or_else(|panic| {
         if let Some(log) = LOG.get() {

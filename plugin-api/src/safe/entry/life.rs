@@ -23,7 +23,7 @@ pub(crate) trait Life: Sized + 'static {
         let _ = (params, changed);
         Ok(Change::Rebuild)
     }
-    /// Whether `end_run` is called; otherwise the end of a run creates the instance again.
+    /// Whether `end_run` is called at the end of a run; otherwise the instance is recreated.
     const OUTLIVES_RUNS: bool = false;
     fn end_run(&self, plugin: &Self::Plugin, world: &World<'_>) -> Result {
         let _ = (plugin, world);
@@ -79,7 +79,7 @@ unsafe extern "C" fn create<L: Life>(
 ) -> tatu_status {
     run(error, || {
         // SAFETY: `me` was made by `init` and lives until shutdown. The host passes a description that is valid during
-        // the call, with the stated number of values, and a place for the pointer.
+        // the call, with the stated number of values, and `data` is valid for a write.
         let (started, info, data) = unsafe {
             let (started, raw) = (&*me.cast::<Started<L::Plugin>>(), &*info);
             let info = Info {

@@ -119,7 +119,7 @@ pub(crate) fn table<S: Sensor>(keep: &mut Keep) -> *const tatu_sensor {
 
 unsafe extern "C" fn beams<S: Sensor>(data: *mut c_void, out: *mut tatu_beams, error: *mut tatu_error) -> tatu_status {
     guard::run(error, || {
-        // SAFETY: `data` was made by `create` and is live; the host passes a valid place for the answer.
+        // SAFETY: `data` was made by `create` and is live; `out` is valid for a write.
         let (data, out) = unsafe { (life::of::<Data<S>>(data), &mut *out) };
         let beams = data.sensor()?.beams()?;
         (out.near_m, out.far_m) = (beams.near, beams.far);

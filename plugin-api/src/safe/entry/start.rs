@@ -39,7 +39,7 @@ pub unsafe extern "C" fn init<P: Plugin>(
         let mut offer = Offer::new();
         P::offer(&mut offer);
         let started = Box::new(Started { plugin, host, tables: offer.finish(), read: Mutex::default() });
-        // SAFETY: `me` points to a valid place for the pointer, as the header requires.
+        // SAFETY: `me` is valid for a write, as the header requires.
         unsafe { *me = Box::into_raw(started).cast() };
         Ok(TATU_OK)
     })

@@ -1,30 +1,31 @@
-//! Folders with files that come with a program.
+//! Locates folders with files that are installed with a program.
 
 use std::path::{Path, PathBuf};
 
-/// Returns the places of a folder that comes with a program, such as `models`, in the order in which they are searched:
-/// beside the program, in `../share/tatu`, and in the repository if cargo has built the program there. They may not
-/// exist.
+/// Returns the possible paths of a folder that is installed with a program, such as `models`, in the order in which
+/// they are searched: beside the program, in `../share/tatu`, and in the repository if cargo has built the program
+/// there. The paths need not exist.
 pub fn folders_beside(program: &Path, name: &str) -> Vec<PathBuf> {
     let Some(dir) = program.parent() else { return Vec::new() };
     let mut folders = vec![dir.join(name)];
     folders.extend(dir.parent().map(|up| up.join("share/tatu").join(name)));
-    // Beside `deps` the program is one that cargo has built, in `target/PROFILE` of the repository.
+    // A program beside a folder `deps` was built by cargo, in `target/PROFILE` of the repository.
     if dir.join("deps").is_dir() {
         folders.extend(dir.parent().and_then(Path::parent).map(|root| root.join(name)));
     }
     folders
 }
 
-/// Returns the file whose neighbours come with the simulator: the program, or, in another program that has opened the
-/// simulator or a plugin as a library, the place where the program would be. `None`: the system does not tell.
+/// Returns the path of the program `tatu`, for [`folders_beside`]: that of this process or, in another program that has
+/// opened the simulator or a plugin as a library, the path that the program would have in the same installation.
+/// Returns `None` if the system does not provide the path.
 ///
-/// The file need not exist; see [`folders_beside`].
+/// The file need not exist.
 pub fn program_file() -> Option<PathBuf> {
     own_library().map_or_else(|| std::env::current_exe().ok(), |library| Some(program_of(library)))
 }
 
-/// Returns where the program is to which a library belongs.
+/// Returns the path of the program to which a library belongs, or that of the library if its folder is not a known one.
 fn program_of(library: PathBuf) -> PathBuf {
     const PROGRAM: &str = "tatu";
     let named = |folder: Option<&Path>, name: &str| folder.and_then(Path::file_name).is_some_and(|n| n == name);
@@ -54,7 +55,7 @@ fn own_library() -> Option<PathBuf> {
         ffi::{CStr, OsStr, c_char, c_int, c_void},
         os::unix::ffi::OsStrExt,
     };
-    /// `Dl_info` of `dlfcn.h`, which Linux, macOS and the BSDs define alike.
+    /// `Dl_info` of `dlfcn.h`, whose layout is the same on Linux, macOS and the BSDs.
     #[repr(C)]
     struct About {
         file: *const c_char,
@@ -75,7 +76,7 @@ fn own_library() -> Option<PathBuf> {
     // SAFETY: the name is NUL-terminated, and lives as long as the library is loaded, which contains this code.
     let name = unsafe { CStr::from_ptr(about.file) };
     let file = Path::new(OsStr::from_bytes(name.to_bytes()));
-    // A program has the name by which it was started, which tells nothing about its folder.
+    // For the program itself, `dladdr` returns the name by which it was started, which may lack the folder.
     let is_library = file.file_name()?.to_str()?.contains(std::env::consts::DLL_SUFFIX);
     if is_library { file.canonicalize().ok() } else { None }
 }

@@ -111,12 +111,12 @@ impl Fail {
     pub unsafe fn read(code: tatu_status, error: *const tatu_error) -> Self {
         // SAFETY: the caller guarantees that `error` is null or points to an object that is alive during the call.
         let Some(e) = (unsafe { error.as_ref() }) else {
-            return Self::with_code(code, "failed without a reason");
+            return Self::with_code(code, "failed without an error message");
         };
         let some = |s: tatu_str| (s.len > 0).then(|| lossy(s).into_owned());
         Fail(Box::new(Body {
             code,
-            text: some(e.text).unwrap_or_else(|| "failed without a reason".into()),
+            text: some(e.text).unwrap_or_else(|| "failed without an error message".into()),
             help: some(e.help),
             file: some(e.file).map(|f| (f, e.line)),
             traceback: some(e.traceback),

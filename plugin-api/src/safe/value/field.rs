@@ -9,9 +9,9 @@ mod sealed {
     pub trait Sealed {}
 }
 
-/// What a field can hold.
+/// A type that the elements of a field can have.
 pub trait Element: sealed::Sealed + Copy {
-    /// `TATU_ELEM_*`.
+    /// The element type in the ABI, `TATU_ELEM_*`.
     const ELEM: u32;
 }
 
@@ -29,7 +29,8 @@ elements! {
     tatu_object = TATU_ELEM_OBJECT
 }
 
-/// A field of a sensor: its place among the declared ones, and what it holds. [`fields!`](crate::fields) makes it.
+/// A field of a sensor: its index among the declared fields, and the type of its elements. Created by
+/// [`fields!`](crate::fields).
 #[derive(Debug)]
 pub struct TypedField<T> {
     index: usize,
@@ -44,18 +45,19 @@ impl<T> Clone for TypedField<T> {
 impl<T> Copy for TypedField<T> {}
 
 impl<T: Element> TypedField<T> {
-    /// The field with this number, from 0 in the order of declaration.
+    /// Returns the field with this index, from 0 in the order of declaration.
     pub const fn nth(index: usize) -> Self {
         TypedField { index, holds: PhantomData }
     }
-    /// Its number.
+    /// Returns the index of the field.
     pub const fn index(self) -> usize {
         self.index
     }
 }
 
-/// Declares the fields of a sensor, each once: its name in the code, what it holds, its name in readings and what else
-/// there is to say. Makes a constant for each, by which `measure` writes it, and `declared_fields()`, the whole list.
+/// Declares the fields of a sensor: for each its name in the code, the type of its elements, and its declaration with
+/// its name in readings. Defines a constant per field, by which `measure` writes it, and `declared_fields()`, which
+/// returns all declarations.
 ///
 /// ```
 /// # use tatu_plugin_api::{fields, safe::*};
@@ -108,11 +110,11 @@ impl Field {
     fn of(name: &'static str, elem: u32) -> Self {
         Field { name, elem, dims: [1; 3], unit: None, valid: None, nothing: None, text: "" }
     }
-    /// A field of [`fields!`](crate::fields), which says what it holds. Name: `<schema>.<field>`.
+    /// Declares a field for [`fields!`](crate::fields), which sets its element type. Its name is `<schema>.<field>`.
     pub fn new(name: &'static str) -> Self {
         Self::of(name, 0)
     }
-    /// What it holds.
+    /// Sets the type of the elements.
     pub fn holds<T: Element>(mut self) -> Self {
         self.elem = T::ELEM;
         self
@@ -141,15 +143,15 @@ impl Field {
     pub fn object(name: &'static str) -> Self {
         Self::of(name, TATU_ELEM_OBJECT)
     }
-    /// Its name, `<schema>.<field>`.
+    /// Returns the name, `<schema>.<field>`.
     pub fn name(&self) -> &'static str {
         self.name
     }
-    /// The type of its elements, `TATU_ELEM_*`.
+    /// Returns the type of the elements, `TATU_ELEM_*`.
     pub fn elem(&self) -> u32 {
         self.elem
     }
-    /// Its shape, as declared.
+    /// Returns the declared shape; see [`Field::dims`].
     pub fn shape(&self) -> [u32; 3] {
         self.dims
     }
@@ -159,11 +161,11 @@ impl Field {
         self.dims = dims;
         self
     }
-    /// One element for each beam or pixel.
+    /// Sets the shape to one element per beam or pixel.
     pub fn per_beam(self) -> Self {
         self.dims([0, 1, 1])
     }
-    /// So many elements, in a row.
+    /// Sets the shape to `n` elements in one dimension.
     pub fn elements(self, n: u32) -> Self {
         self.dims([n, 1, 1])
     }
@@ -177,13 +179,13 @@ impl Field {
         self.valid = Some(field);
         self
     }
-    /// Sets the value that means "nothing", such as "0" or "0 0 0"; the default is that of its schema. Noise does not
-    /// change it.
+    /// Sets the value that means "no measurement", such as "0" or "0 0 0"; the default is that of its schema. No noise
+    /// is added to it.
     pub fn nothing(mut self, numbers: &'static str) -> Self {
         self.nothing = Some(numbers);
         self
     }
-    /// Sets the description, one sentence, with the meaning of "nothing".
+    /// Sets the description: one sentence, which states the value for "no measurement".
     pub fn text(mut self, text: &'static str) -> Self {
         self.text = text;
         self

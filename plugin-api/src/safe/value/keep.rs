@@ -13,7 +13,7 @@ use crate::safe::{Value, value::owned::Owned};
 #[derive(Default)]
 pub(crate) struct Keep(Vec<Kept>);
 
-/// A stored value, by its raw pointer, because moving a box would invalidate pointers into it.
+/// A stored value, as a raw pointer, because moving a box would invalidate pointers into it.
 struct Kept(*mut dyn Any);
 
 impl Drop for Kept {

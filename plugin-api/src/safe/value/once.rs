@@ -7,7 +7,7 @@ use std::{
     sync::{Arc, Mutex, PoisonError},
 };
 
-/// Returns the list of a key; `make` is called only the first time.
+/// Returns the list of a type `Key`; `make` is called only the first time.
 pub(crate) fn once<Key: 'static, T: Send + Sync + 'static>(make: impl FnOnce() -> Vec<T>) -> Arc<[T]> {
     static LISTS: Mutex<BTreeMap<TypeId, Arc<dyn Any + Send + Sync>>> = Mutex::new(BTreeMap::new());
     let key = TypeId::of::<fn(Key) -> T>();

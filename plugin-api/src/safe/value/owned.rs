@@ -11,24 +11,24 @@ pub const MAX_DEPTH: usize = 32;
 /// An owned value.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub enum Value {
-    /// Nothing.
+    /// No value.
     #[default]
     Nil,
-    /// True or false.
+    /// A boolean.
     Bool(bool),
     /// An integer.
     Int(i64),
-    /// A number.
+    /// A floating-point number.
     Float(f64),
     /// Text, stored as bytes because it is not guaranteed to be UTF-8.
     Text(Vec<u8>),
-    /// Bytes.
+    /// A byte string.
     Bytes(Vec<u8>),
-    /// Numbers.
+    /// An array of floating-point numbers.
     Floats(Vec<f64>),
-    /// Integers.
+    /// An array of integers.
     Ints(Vec<i64>),
-    /// Values in order.
+    /// A list of values.
     List(Vec<Value>),
     /// Keys and values, in insertion order.
     Map(Vec<(Value, Value)>),
@@ -118,7 +118,7 @@ impl Owned {
     }
 }
 
-/// Builds a value with a tag whose elements have the type `T`.
+/// Builds a value with a tag that states elements of type `T`; returns `None` if there is no space left.
 pub(crate) fn raw_span<T: Copy>(tag: u32, data: &[T], room: &mut dyn Room) -> Option<tatu_value> {
     let bytes = size_of_val(data);
     let words = room.words(bytes.div_ceil(8).max(1)).filter(|words| size_of_val(*words) >= bytes)?;
@@ -237,7 +237,7 @@ impl<'a> ValueRef<'a> {
     pub fn truthy(self) -> bool {
         !self.is_nil() && self.as_bool() != Some(false)
     }
-    /// Returns an object, from an object value or from a handle as scripts pass it.
+    /// Returns an object, from an object value or from a handle that a script passes.
     pub fn as_object(self) -> Option<tatu_object> {
         match self.tag() {
             TATU_OBJECT => Some(self.bits()),
@@ -319,7 +319,7 @@ impl<'a> ValueRef<'a> {
 
     fn copy(self, depth: usize) -> Result<Value> {
         if depth > MAX_DEPTH {
-            return Err(Fail::argument(format!("a table is nested deeper than {MAX_DEPTH}")));
+            return Err(Fail::argument(format!("tables must be nested at most {MAX_DEPTH} deep")));
         }
         Ok(match self.tag() {
             TATU_NIL => Value::Nil,

@@ -76,7 +76,7 @@ impl Param {
     pub fn map(key: &str) -> Self {
         Self::of(TATU_MAP, key)
     }
-    /// Sets the keys of a table of options. Each entry is checked and converted as its declaration says, a missing one
+    /// Sets the keys of a table of options. Each entry is checked and converted to its declared type, a missing one
     /// gets its default, and an unknown key is an error that names the most similar one.
     pub fn keys(mut self, keys: impl IntoIterator<Item = Param>) -> Self {
         self.keys = keys.into_iter().collect();
@@ -129,7 +129,7 @@ impl Param {
         self.flags |= TATU_PARAM_REST | TATU_PARAM_OPTIONAL;
         self
     }
-    /// Makes a change of the parameter create the instance again.
+    /// Makes the host recreate the instance when the parameter changes.
     pub fn rebuilds(mut self) -> Self {
         self.flags |= TATU_PARAM_REBUILDS;
         self
@@ -140,17 +140,17 @@ impl Param {
         self
     }
 
-    /// The key.
+    /// Returns the key.
     pub fn key(&self) -> &str {
         &self.key
     }
 
-    /// The values of declared parameters, in their order: what is given by key, and defaults for the rest. Whole numbers
-    /// become floats where these are declared. For what stands in for a host in tests, which checks less than a host does:
-    /// keys, types, counts and ranges of numbers.
+    /// Returns the values of declared parameters in their order: those given by key, and defaults for the rest.
+    /// Integers become floats if the parameter is declared so. For tests without a host; it checks less than a host
+    /// does: keys, types, counts and ranges of numbers.
     ///
     /// # Errors
-    /// A key that is not declared, a value that does not fit, or one that is missing and has no default.
+    /// Fails if a key is not declared, a value does not fit its declaration, or a value without a default is missing.
     pub fn fill(declared: &[Param], given: &[(&str, Value)]) -> Result<Vec<Value>> {
         if let Some((key, _)) = given.iter().find(|(key, _)| declared.iter().all(|p| p.key != *key)) {
             let known: Vec<&str> = declared.iter().map(|p| p.key.as_str()).collect();
@@ -160,14 +160,14 @@ impl Param {
         let value = |p: &Param| match given.iter().rev().find(|(key, _)| p.key == *key) {
             Some((_, value)) => p.fit(value.clone()),
             None if p.fallback == Value::Nil && p.flags & TATU_PARAM_OPTIONAL == 0 => {
-                Err(Fail::argument(format!("the parameter `{}` has no default, and was not given", p.key)))
+                Err(Fail::argument(format!("the parameter `{}` is missing, and has no default", p.key)))
             }
             None => Ok(p.fallback.clone()),
         };
         declared.iter().map(value).collect()
     }
 
-    /// A value as this parameter takes it.
+    /// Converts a value to the declared type; fails if it does not fit the declaration.
     fn fit(&self, value: Value) -> Result<Value> {
         let value = match (self.kind, value) {
             (TATU_F64, Value::Int(i)) => Value::Float(i as f64),
@@ -225,15 +225,16 @@ pub struct Params<'a> {
 }
 
 impl<'a> Params<'a> {
-    /// Values in the order of their declarations, as a host gives them to an instance; see [`Param::fill`].
+    /// Creates a view of values in the order of their declarations, as a host passes them; see [`Param::fill`].
     pub fn new(values: &'a [ValueRef<'a>], declared: &'a [Param]) -> Self {
         Params { values, declared }
     }
     /// Returns the value of a key, or nil if it was not given.
     pub fn get(&self, key: &str) -> Result<ValueRef<'a>> {
-        let i = self.declared.iter().position(|p| p.key == key).ok_or_else(|| {
-            Fail::new(format!("the plugin asks for its parameter `{key}`, which it does not declare"))
-        })?;
+        let i =
+            self.declared.iter().position(|p| p.key == key).ok_or_else(|| {
+                Fail::new(format!("the plugin reads its parameter `{key}`, which it does not declare"))
+            })?;
         Ok(self.values.get(i).copied().unwrap_or(ValueRef::NIL))
     }
     fn want<T>(&self, key: &str, what: &str, read: impl FnOnce(ValueRef<'a>) -> Option<T>) -> Result<T> {

@@ -50,7 +50,7 @@ fn check(about: &fs::Metadata, most: u64) -> io::Result<u64> {
         return Err(io::Error::new(io::ErrorKind::InvalidInput, "it is not a plain file"));
     }
     if about.len() > most {
-        let text = format!("it has {} MB, and at most {} MB are read", about.len() >> 20, most >> 20);
+        let text = format!("it has {} MB, but at most {} MB are allowed", about.len() >> 20, most >> 20);
         return Err(io::Error::new(io::ErrorKind::FileTooLarge, text));
     }
     Ok(about.len())

@@ -1,4 +1,4 @@
-//! Readings of sensors, as commands and services get them.
+//! Readings of sensors, for commands and services.
 
 use crate::abi::*;
 

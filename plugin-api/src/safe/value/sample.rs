@@ -9,12 +9,12 @@ use crate::safe::value::field::{Element, Field, TypedField};
 pub struct Sample<'a> {
     batch: &'a tatu_sensor_batch,
     i: usize,
-    /// Whether rays have been aimed and cast already.
+    /// Whether the rays have been aimed and cast.
     cast: bool,
 }
 
 impl<'a> Sample<'a> {
-    /// Creates the input of instance `i` of a batch. For hosts, and for tests that stand in for one.
+    /// Creates the input of instance `i` of a batch. For hosts, and for tests without a host.
     ///
     /// # Safety
     /// `batch` must be valid for `'a`, as described in `tatu/sensor.h`, and `i` must be less than its `n`.
@@ -51,8 +51,8 @@ impl<'a> Sample<'a> {
     pub fn time(&self) -> f64 {
         self.batch.time
     }
-    /// Returns the duration of the last step, s: a physics step with [`Sensor::EVERY_PHYSICS_STEP`], otherwise a step of
-    /// the world.
+    /// Returns the duration of the last step, s: a physics step with [`Sensor::EVERY_PHYSICS_STEP`], otherwise a step
+    /// of the world.
     ///
     /// [`Sensor::EVERY_PHYSICS_STEP`]: crate::safe::Sensor::EVERY_PHYSICS_STEP
     pub fn dt(&self) -> f64 {
@@ -168,26 +168,26 @@ impl<'a> Sample<'a> {
     pub fn acceleration(&self) -> Option<[f64; 6]> {
         self.own(self.batch.acceleration.cast())
     }
-    /// Returns position (rad or m), velocity and effort (N m or N) of the joint that it feels, zeros if there is none;
-    /// or `None` without `TATU_IN_JOINT` in its inputs.
+    /// Returns position (rad or m), velocity and effort (N m or N) of the observed joint, zeros if there is none; or
+    /// `None` without `TATU_IN_JOINT` in its inputs.
     pub fn joint(&self) -> Option<[f64; 3]> {
         self.own(self.batch.joint.cast())
     }
-    /// Returns the force (N) and the torque (N m, about the sensor's origin) of the force sensor that it feels, in the
+    /// Returns the force (N) and the torque (N m, about the sensor's origin) of the observed force sensor, in the
     /// sensor's frame, zeros if there is none; or `None` without `TATU_IN_WRENCH` in its inputs.
     pub fn wrench(&self) -> Option<[f64; 6]> {
         self.own(self.batch.wrench.cast())
     }
-    /// Returns the contacts of the shape that it feels, which is the second one of each. Requires `TATU_IN_CONTACTS`.
+    /// Returns the contacts of the observed shape, which is the second one of each. Requires `TATU_IN_CONTACTS`.
     pub fn contacts(&self) -> &'a [tatu_contact] {
         self.part(self.batch.first_contact, self.batch.contact)
     }
-    /// Returns for each contact the friction on the shape that it feels, world frame, N. Requires `TATU_IN_CONTACTS`.
+    /// Returns for each contact the friction on the observed shape, world frame, N. Requires `TATU_IN_CONTACTS`.
     pub fn frictions(&self) -> &'a [[f64; 3]] {
         self.part(self.batch.first_contact, self.batch.friction.cast())
     }
-    /// Rotates a direction from the world frame to the sensor's frame. Requires `TATU_IN_POSE`; otherwise it returns
-    /// the direction.
+    /// Rotates a direction from the world frame to the sensor's frame. Requires `TATU_IN_POSE`, without which `v` is
+    /// returned unchanged.
     pub fn to_sensor(&self, v: [f64; 3]) -> [f64; 3] {
         let [_, _, _, x, y, z, w] = self.pose().unwrap_or([0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0]);
         let cross = |a: [f64; 3], b: [f64; 3]| {
@@ -210,11 +210,11 @@ pub struct Readout<'a> {
 }
 
 impl<'a> Readout<'a> {
-    /// The output of instance `i` of a batch: for a host, or what stands in for one in tests.
+    /// Creates the output of instance `i` of a batch. For hosts, and for tests without a host.
     ///
     /// # Safety
-    /// The batch is valid for `'a` as `tatu/sensor.h` describes it, and has this instance, whose fields (of the types in
-    /// `fields`) and state block of `state` numbers nobody else uses.
+    /// The batch must be valid for `'a`, as described in `tatu/sensor.h`, and have this instance. Nothing else may use
+    /// its fields, whose types are those in `fields`, and its state block of `state` numbers within `'a`.
     pub unsafe fn new(batch: &'a tatu_sensor_batch, i: usize, fields: &'a [Field], state: usize) -> Self {
         let state: &mut [f64] = match state {
             0 => &mut [],
@@ -222,14 +222,15 @@ impl<'a> Readout<'a> {
             // else uses.
             n => unsafe { std::slice::from_raw_parts_mut((*batch.state.add(i)).cast(), n) },
         };
-        // SAFETY: there is one place and one length for each field of each instance, and `i` is below the batch's `n`.
+        // SAFETY: there is one address and one length for each field of each instance, and `i` is below the batch's
+        // `n`.
         unsafe { Readout::at((batch.fields, batch.lengths, batch.n_fields), i, fields, state) }
     }
 
-    /// The output of instance `i` in a table of places and lengths, `n` for each instance.
+    /// Creates the output of instance `i` from arrays of addresses and lengths, `n` fields for each instance.
     ///
     /// # Safety
-    /// The table is valid for `'a` and has this instance, whose fields nobody else uses.
+    /// The arrays must be valid for `'a` and have this instance, whose fields nothing else may use within `'a`.
     pub(crate) unsafe fn at(
         (places, lengths, n): (*const *mut c_void, *const *const u64, u32),
         i: usize,
@@ -240,14 +241,14 @@ impl<'a> Readout<'a> {
         if n == 0 || places.is_null() || lengths.is_null() {
             return Readout { places: &[], lengths: &[], fields, state };
         }
-        // SAFETY: the caller guarantees that there is one place and one length for each field of this instance.
+        // SAFETY: the caller guarantees that there is one address and one length for each field of this instance.
         unsafe {
             let places = std::slice::from_raw_parts(places.add(i * n), n);
             Readout { places, lengths: std::slice::from_raw_parts(*lengths.add(i), n), fields, state }
         }
     }
 
-    /// An output without fields or state, of an actuator that reports nothing: for tests.
+    /// Returns an output without fields and state, for tests of actuators.
     pub fn none() -> Readout<'static> {
         Readout { places: &[], lengths: &[], fields: &[], state: &mut [] }
     }
@@ -264,13 +265,13 @@ impl Readout<'_> {
         // and nothing else uses it.
         unsafe { std::slice::from_raw_parts_mut(place.cast(), *n as usize) }
     }
-    /// Writes a field of one element. Of a field with several it writes the first, of an empty one nothing.
+    /// Writes the first element of a field; has no effect if the field is empty.
     pub fn set<T: Element>(&mut self, field: TypedField<T>, value: T) {
         if let Some(first) = self.slice(field).first_mut() {
             *first = value;
         }
     }
-    /// The elements of a field, in the order of its shape, to be read and written.
+    /// Returns the elements of a field, in the order of its shape, for reading and writing.
     pub fn slice<T: Element>(&mut self, field: TypedField<T>) -> &mut [T] {
         self.of_number(field.index())
     }

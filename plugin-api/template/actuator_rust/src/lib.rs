@@ -1,12 +1,12 @@
-//! my_plugin: a kind of actuator in Rust. A propeller: it pushes along its +z axis with a force that follows the command
-//! `force` with a lag.
+//! my_plugin: a kind of actuator in Rust. A propeller: it pushes along its +z axis with a force that follows the
+//! command `force` with a lag.
 //!
 //! Build: `tatu plugin build`. Run the demo: `tatu plugin run`. The manual: `cargo doc -p tatu-plugin-api --open`.
 #![forbid(unsafe_code)]
 
 use tatu_plugin_api::{safe::*, tatu_plugin};
 
-/// The plugin; data that all its actuators share would go here.
+/// The plugin. Data shared by all its actuators would be stored here.
 struct ThisPlugin;
 
 impl Plugin for ThisPlugin {
@@ -29,7 +29,7 @@ impl Actuator for Propeller {
 
     const ID: &'static str = "my_plugin";
     const TEXT: &'static str = "Pushes along its +z axis, with a lag.";
-    /// What it keeps from step to step: the force as it is now, N. The host saves it, and zeroes it at a reset.
+    /// The state is the current force, N. The host saves it in snapshots, and zeroes it at a reset.
     const STATE: usize = 1;
 
     fn params() -> Vec<Param> {
@@ -51,7 +51,7 @@ impl Actuator for Propeller {
         Ok(Change::Taken)
     }
 
-    /// On any thread: it uses its arguments, and nothing else.
+    /// May be called on any thread, so it uses only the actuator and its arguments.
     fn apply(&self, drive: &Drive<'_>, out: &mut Output<'_>) -> Result {
         let wanted = drive.commands()[0].clamp(-self.max_force, self.max_force);
         let (now, x) = (out.state[0], drive.dt() / self.lag);

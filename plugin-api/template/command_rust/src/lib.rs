@@ -10,16 +10,16 @@ use std::{cell::RefCell, collections::BTreeMap};
 
 use tatu_plugin_api::{abi::tatu_object, safe::*, tatu_plugin};
 
-/// The plugin: one for all worlds and their threads, so nothing in it changes.
+/// The plugin. All worlds and their threads share one value, so it must not change.
 struct ThisPlugin;
 
-/// How far an object has come, and where it was at the last call.
+/// The distance that an object has travelled, m, and its position at the last call, m.
 struct Track {
     at: [f64; 3],
     metres: f64,
 }
 
-/// What each world keeps.
+/// The state of a world: a track for each object.
 #[derive(Default)]
 struct Tracks(RefCell<BTreeMap<tatu_object, Track>>);
 
@@ -72,7 +72,7 @@ impl PerWorld for ThisPlugin {
         Ok(Tracks::default())
     }
 
-    // A snapshot holds the tracks: for each the object, where it was, and the metres.
+    // A snapshot stores for each track the object, the position and the distance: 5 words of 8 bytes.
     const STATE_VERSION: u32 = 1;
     fn save(world: &Tracks) -> Result<Vec<u8>> {
         let mut out = Vec::new();
@@ -84,7 +84,7 @@ impl PerWorld for ThisPlugin {
     }
     fn load(world: &Tracks, bytes: &[u8], version: u32) -> Result<()> {
         if version != Self::STATE_VERSION || !bytes.len().is_multiple_of(40) {
-            return Err(Fail::unsupported("the snapshot is of another version of my_plugin"));
+            return Err(Fail::unsupported("the snapshot was written by a different version of my_plugin"));
         }
         let words: Vec<[u8; 8]> = bytes.chunks_exact(8).filter_map(|word| word.try_into().ok()).collect();
         let tracks = words.chunks_exact(5).map(|w| {

@@ -3,7 +3,7 @@
 //! ```text
 //! blocks 1                       the first line
 //! # a comment
-//! box X Y Z LENGTH WIDTH HEIGHT  a box: its middle and its size, m
+//! box X Y Z LENGTH WIDTH HEIGHT  a box: its centre and its size, m
 //! ball X Y Z DIAMETER
 //! ```
 //!
@@ -28,7 +28,7 @@ const FIRST: &str = "blocks 1";
 
 struct Blocks;
 
-/// A block: the name of its form, and its middle and size.
+/// A block: the name of its form, and its centre and size, m.
 #[derive(Debug, PartialEq)]
 struct Block {
     form: &'static str,
@@ -36,7 +36,7 @@ struct Block {
     size: [f64; 3],
 }
 
-/// Reads a line; `None`: it is empty or a comment.
+/// Reads a line; returns `None` if it is empty or a comment.
 fn block(line: &str, scale: f64) -> Result<Option<Block>> {
     let mut words = line.split_whitespace();
     let form = match words.next() {
@@ -64,7 +64,7 @@ impl Importer for Blocks {
     type Plugin = ThisPlugin;
 
     const ID: &'static str = "my_plugin";
-    const TEXT: &'static str = "Blocks: boxes and balls, one in a line.";
+    const TEXT: &'static str = "Blocks: boxes and balls, one per line.";
     const SUFFIXES: &'static [&'static str] = &[".my_plugin"];
 
     fn params() -> Vec<Param> {
@@ -88,7 +88,7 @@ impl Importer for Blocks {
         if lines.next().is_none_or(|(_, line)| line.trim_end() != FIRST) {
             return Err(Fail::argument("expected the line `blocks 1`").at("", 1));
         }
-        let base = builder.object("dummy", None, "blocks")?; // the first object is what others are attached to
+        let base = builder.object("dummy", None, "blocks")?; // the first object is the base of all others
         for (number, line) in lines {
             let Some(Block { form, at, size }) = block(line, scale).map_err(|e| e.at("", number))? else { continue };
             builder

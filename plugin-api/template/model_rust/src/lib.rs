@@ -1,6 +1,8 @@
-//! my_plugin: a robot model in Rust. A body on two driven wheels and a caster ball; it stands on z = 0 and heads along +x.
+//! my_plugin: a robot model in Rust. A body on two driven wheels and a caster ball; it stands on z = 0 and heads along
+//! +x.
 //!
-//! Parameter: `wheel_radius`, 0.06 to 0.2 m. The axle lies under the middle of the body, so `tatu.drive` moves that.
+//! Parameter: `wheel_radius`, 0.06 to 0.2 m. The axle is below the centre of the body, so `tatu.drive` moves this
+//! centre.
 //!
 //! Build: `tatu plugin build`. Run the demo: `tatu plugin run`. The manual: `cargo doc -p tatu-plugin-api --open`.
 #![forbid(unsafe_code)]
@@ -21,26 +23,26 @@ impl Plugin for ThisPlugin {
     }
 }
 
-/// Metres between the wheels' middles.
+/// Distance between the centres of the wheels, m.
 const TRACK: f64 = 0.36;
 
 struct Cart;
 
-/// Three numbers of a property.
+/// Converts three numbers to the value of a property.
 fn three(numbers: [f64; 3]) -> Value {
     Value::Floats(numbers.to_vec())
 }
 
-/// What its dynamic shapes have in common. The mask: parts of it do not collide with each other (low byte 0), but with
-/// everything else (high byte).
+/// Sets the properties that all dynamic shapes have in common. With this mask, parts of the robot do not collide with
+/// each other (low byte 0), but with everything else (high byte).
 fn solid(shape: Node<'_>, mass: f64) -> Result {
     let shape = shape.set("mass", mass)?.set("dynamic", true)?.set("respondable", true)?;
     shape.set("respondable_mask", 0xFF00)?;
     Ok(())
 }
 
-/// A motor and its wheel. A joint turns about its z axis: a quarter turn back about x lays it along +y, so that a positive
-/// velocity drives forward. The wheel collides as a ball, which has one point on the floor.
+/// Adds a motor and its wheel. A joint turns about its z axis, which is rotated by -90 degrees about x to point along
+/// +y, so that a positive velocity drives forward. The wheel collides as a ball, which has one point of contact.
 fn wheel(builder: &Builder<'_>, base: Node<'_>, radius: f64, y: f64, side: &str) -> Result {
     let joint = builder.object("joint", Some(base), &format!("{side}_motor"))?;
     let joint = joint.set("position", three([0.0, y, 0.0]))?.set("orientation", three([-FRAC_PI_2, 0.0, 0.0]))?;
@@ -65,7 +67,8 @@ impl Model for Cart {
     fn build(builder: &Builder<'_>, params: &Params<'_>) -> Result {
         let r = params.f64("wheel_radius")?;
 
-        // The body: its origin is on the axle. The weight lies a little behind it, on the caster.
+        // The body: its origin is on the axle. The centre of mass is slightly behind it, so that the caster carries
+        // weight.
         let base = builder.object("shape", None, "my_plugin")?;
         let base = base.set("primitive", "box")?.set("size", three([0.4, 0.3, 0.1]))?;
         let base = base.set("position", three([0.0, 0.0, r]))?.set("color", three([0.9, 0.6, 0.1]))?;
@@ -75,13 +78,14 @@ impl Model for Cart {
         wheel(builder, base, r, TRACK / 2.0, "left")?;
         wheel(builder, base, r, -TRACK / 2.0, "right")?;
 
-        // The caster: a ball that may turn every way.
+        // The caster: a ball that turns freely in all directions.
         let socket = builder.object("joint", Some(base), "caster_socket")?;
         let socket = socket.set("type", "spherical")?.set("position", three([-0.15, 0.0, -r / 2.0]))?;
         let caster = builder.object("shape", Some(socket), "caster")?;
         solid(caster.set("primitive", "sphere")?.set("size", three([r; 3]))?, 0.2)?;
 
-        // How the wheels drive it, for those who steer from outside: the keys of `drive` in a scene, without units.
+        // The kinematics of the drive, for commands such as `tatu.drive`: the keys of `drive` in a scene, without
+        // units.
         let motors = vec![Value::text(":/left_motor"), Value::text(":/right_motor")];
         base.set(
             "drive",

@@ -1,10 +1,10 @@
-//! A sensor to copy: one straight beam that measures the distance to the nearest object, in whole steps.
+//! A template for a sensor: one beam along +z measures the distance to the nearest object, rounded to steps.
 //!
-//! Change the places marked (1) to (6); README.md says how to build it and where to put the library.
+//! Change the parts marked (1) to (6); README.md describes how to build the sensor and where to put the library.
 
 use tatu_plugin_api::{abi::*, fields, safe::*, tatu_plugin};
 
-/// The plugin; data that all its sensors share would go here.
+/// The plugin. Data shared by all its sensors would be stored here.
 struct ExamplePlugin;
 
 impl Plugin for ExamplePlugin {
@@ -16,14 +16,14 @@ impl Plugin for ExamplePlugin {
     }
 }
 
-/// One sensor of a scene: (1) what it must remember.
+/// One sensor of a scene: (1) its parameters and other data.
 struct ExampleRange {
     range: f64,
     step: f64,
 }
 
-// (4) What it fills: all fields of its schema, which defines what they mean, or fields of your own. Each is declared once,
-// and written by its name here.
+// (4) The fields of a reading: all fields of its schema, which defines their meaning, or fields of your own. `measure`
+// writes them by these names.
 fields! {
     ExampleRange {
         DETECTED: i32 = Field::new("proximity.detected");
@@ -37,18 +37,18 @@ fields! {
 impl Sensor for ExampleRange {
     type Plugin = ExamplePlugin;
 
-    // (2) What scenes write, one sentence about it, and which schema it fills (see plugin-api/schemas).
+    // (2) Its name in scenes, a description of one sentence, and the schema that it fills (see plugin-api/schemas).
     const ID: &'static str = "example_range";
-    const TEXT: &'static str = "Tells how far the next thing straight ahead is.";
+    const TEXT: &'static str = "Measures the distance to the nearest object straight ahead.";
     const SCHEMAS: &'static [&'static str] = &["proximity/1"];
     const INPUTS: u32 = TATU_IN_DISTANCE | TATU_IN_POINT | TATU_IN_NORMAL | TATU_IN_OBJECT;
 
-    // (3) What can be set, with unit, range and default; `range` in metres is written `range_m` in scenes.
+    // (3) The parameters, with unit, range and default; `range` in metres is written `range_m` in scenes.
     fn params() -> Vec<Param> {
         let metres = |key| Param::float(key).unit("m").range(0.0, 1e6);
         vec![
             metres("range").default(2.0).text("How far it sees."),
-            metres("step").default(0.001).text("Smallest step of its distance."),
+            metres("step").default(0.001).text("Step to which the distance is rounded; 0: not rounded."),
         ]
     }
 
@@ -60,18 +60,19 @@ impl Sensor for ExampleRange {
         Ok(ExampleRange { range: params.f64("range")?, step: params.f64("step")? })
     }
 
-    // Both may change while it lives. Without this, or with `.rebuilds()` in (3), a change makes a new sensor.
+    // Both parameters may change during a run. Without this, or with `.rebuilds()` in (3), a change recreates the
+    // sensor.
     fn configure(&mut self, params: &Params<'_>, _: u64) -> Result<Change> {
         (self.range, self.step) = (params.f64("range")?, params.f64("step")?);
         Ok(Change::Taken)
     }
 
-    // (5) What it sends out: rays along unit vectors in its own frame, or a cone; +z is ahead.
+    // (5) The beams: rays along unit vectors in the sensor's frame, or a volume such as a cone; +z is ahead.
     fn beams(&self) -> Result<Beams> {
         Ok(Beams { form: Form::Rays(vec![[0.0, 0.0, 1.0]]), far: self.range, ..Beams::default() })
     }
 
-    // (6) What it makes of what the beams saw. Fields are 0 before.
+    // (6) Computes the fields from the results of the beams. All fields are 0 initially.
     fn measure(&self, sample: &Sample<'_>, out: &mut Readout<'_>) -> Result {
         let distance = sample.distances()[0];
         if distance.is_finite() {
@@ -85,7 +86,7 @@ impl Sensor for ExampleRange {
     }
 }
 
-/// The whole step nearest to `x`; `x` itself without steps.
+/// Rounds `x` to the nearest multiple of `step`; returns `x` if `step` is 0.
 fn in_steps(x: f64, step: f64) -> f64 {
     let steps = (x / step).round();
     if step > 0.0 { steps * step } else { x }

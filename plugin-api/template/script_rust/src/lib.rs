@@ -6,7 +6,7 @@
 //! actuation   my_robot.go 0.5
 //! ```
 //!
-//! Lines run when what they name is called. Arguments are numbers or words.
+//! A line runs when the callback or function that it names is called. Arguments are numbers or words.
 //!
 //! Build: `tatu plugin build`. Run the demo: `tatu plugin run`. The manual: `cargo doc -p tatu-plugin-api --open`.
 #![forbid(unsafe_code)]
@@ -27,7 +27,7 @@ impl Plugin for ThisPlugin {
     }
 }
 
-/// A line: when it runs, and what it calls.
+/// A line: the name of a callback or function, and the command that it calls with these arguments.
 #[derive(Clone)]
 struct Line {
     when: String,
@@ -39,11 +39,11 @@ struct Line {
 #[derive(Default)]
 struct Script {
     text: RefCell<Vec<u8>>,
-    /// As many as the text has; empty ones and comments are `None`.
+    /// One entry per line of the text; `None` for empty lines and comments.
     lines: RefCell<Vec<Option<Line>>>,
 }
 
-/// A word as a value: a number if it is one, else text.
+/// Converts a word to a number if it is one, else to a text.
 fn value(word: &str) -> Value {
     let int = word.parse::<i64>().map(Value::Int);
     int.or_else(|_| word.parse::<f64>().map(Value::Float)).unwrap_or_else(|_| Value::text(word))
@@ -65,14 +65,14 @@ impl Language for Script {
     type Plugin = ThisPlugin;
 
     const ID: &'static str = "my_plugin";
-    const TEXT: &'static str = "Lines that say when to call which command.";
+    const TEXT: &'static str = "Lines that name a callback and a command to call in it.";
     const SUFFIXES: &'static [&'static str] = &[".my_plugin"];
 
     fn create(_: &World<'_>, _: Instance) -> Result<Self> {
         Ok(Script::default())
     }
 
-    /// Takes the text, and looks whether each line can be understood.
+    /// Stores the text, and checks that each line has a command.
     fn load(&self, text: &[u8], chunk: &str, _: &str) -> Result<String> {
         let all = String::from_utf8_lossy(text);
         let lines = (1..).zip(all.lines()).map(|(number, text)| line(text).map_err(|e| e.at(chunk, number)));
@@ -88,9 +88,9 @@ impl Language for Script {
         first.map_or(0, |i| i as u32 + 1)
     }
 
-    /// Runs the lines that begin with the same name as line `callable`. A line runs once: no call can run away.
+    /// Runs the lines that begin with the same name as line `callable`, each once, so no limit is needed.
     fn call(&self, callable: u32, frame: &mut Frame<'_>, _: Budget, used: &mut u64) -> Result<Flow> {
-        let lines = self.lines.borrow().clone(); // the script may be called again meanwhile
+        let lines = self.lines.borrow().clone(); // a command may call the script again
         let when = lines.get(callable as usize - 1).cloned().flatten().map(|l| l.when);
         for (number, line) in (1..).zip(&lines) {
             let Some(line) = line.as_ref().filter(|l| Some(&l.when) == when.as_ref()) else { continue };
@@ -100,26 +100,26 @@ impl Language for Script {
         Ok(Flow::Done)
     }
 
-    // Snapshots: a script has no state but its text, which must be the same when it is restored.
+    // Snapshots: the only state of a script is its text, which must be the same when it is restored.
     const STATE_VERSION: u32 = 1;
     fn save(&self) -> Result<Vec<u8>> {
         Ok(self.text.borrow().clone())
     }
     fn restore(&self, bytes: &[u8], version: u32) -> Result<()> {
         let same = version == Self::STATE_VERSION && *self.text.borrow() == bytes;
-        if same { Ok(()) } else { Err(Fail::unsupported("the script has another text")) }
+        if same { Ok(()) } else { Err(Fail::unsupported("the text of the script has changed since the snapshot")) }
     }
 
-    // Its commands cannot wait, and it passes no functions of its own.
+    // Scripts of this language cannot wait, and pass no functions of their own.
     fn resume(&self, _: u64, _: Option<Fail>, _: &mut Frame<'_>, _: Budget, _: &mut u64) -> Result<Flow> {
-        Err(Fail::unsupported("a script of my_plugin never waits"))
+        Err(Fail::unsupported("a script of my_plugin cannot wait"))
     }
     fn keep_func(&self, _: u32) -> u32 {
         0
     }
     fn drop_func(&self, _: u32) {}
     fn call_func(&self, _: u32, _: &mut Frame<'_>, _: Budget, _: &mut u64) -> Result<Flow> {
-        Err(Fail::unsupported("a script of my_plugin has no functions that can be kept"))
+        Err(Fail::unsupported("a script of my_plugin has no functions that can be retained"))
     }
 }
 

@@ -1,9 +1,9 @@
 //! my_plugin: a kind of sensor in Rust. A fan of beams in the plane of its z and x axes measures the clearance ahead.
 //!
-//! - `my_plugin.distance`: for each beam, m; its range where nothing is hit
-//! - `my_plugin.nearest`: the least of them, m; `my_plugin.bearing`: where that is, rad, from +z towards +x
+//! - `my_plugin.distance`: for each beam, m; the range if nothing is hit
+//! - `my_plugin.nearest`: the least of them, m; `my_plugin.bearing`: its direction, rad, from +z towards +x
 //!
-//! Noise, rate and latency are the scene's: see the preset below, and `[noise.distance]` in a scene.
+//! Noise, rate and latency are set by the scene: see the preset below, and `[noise.distance]` in a scene.
 //!
 //! Build: `tatu plugin build`. Run the demo: `tatu plugin run`. The manual: `cargo doc -p tatu-plugin-api --open`.
 #![forbid(unsafe_code)]
@@ -12,7 +12,7 @@ use std::f64::consts::PI;
 
 use tatu_plugin_api::{abi::TATU_IN_DISTANCE, fields, safe::*, tatu_plugin};
 
-/// The plugin; data that all its sensors share would go here.
+/// The plugin. Data shared by all its sensors would be stored here.
 struct ThisPlugin;
 
 impl Plugin for ThisPlugin {
@@ -24,7 +24,7 @@ impl Plugin for ThisPlugin {
     }
 }
 
-/// One sensor of a scene. All of it follows from its parameters, so that a snapshot has nothing to keep.
+/// One sensor of a scene. Its parameters determine it completely, so a snapshot need not save anything.
 struct Fan {
     range: f64,
     angle: f64,
@@ -38,7 +38,7 @@ impl Fan {
     }
 }
 
-// Its fields, each declared once: `measure` writes them by these names.
+// The fields of a reading, which `measure` writes by these names.
 fields! {
     Fan {
         DISTANCE: f64 = Field::new("my_plugin.distance").per_beam().unit("m").text("Distance along each beam.");
@@ -83,7 +83,7 @@ impl Sensor for Fan {
         Ok(Beams { form: Form::Rays(ahead.collect()), far: self.range, ..Beams::default() })
     }
 
-    /// On any thread: it uses the sensor and the sample, and nothing else.
+    /// May be called on any thread, so it uses only the sensor and the sample.
     fn measure(&self, sample: &Sample<'_>, out: &mut Readout<'_>) -> Result {
         let distances: Vec<f64> = sample.distances().iter().map(|d| d.min(self.range)).collect();
         let nearest = (0..distances.len()).min_by(|a, b| distances[*a].total_cmp(&distances[*b])).unwrap_or(0);

@@ -1,8 +1,8 @@
-//! my_plugin: a service in Rust. A thread of its own waits for something outside, queues what comes, and wakes the session;
-//! between two steps the service applies what is queued to the world. Here the thread waits for the clock: each `period` it
-//! queues a tick. Replace it with your socket, device or bridge: see `listen`.
+//! my_plugin: a service in Rust. A thread of its own waits for events from outside, queues them, and wakes the session;
+//! between two steps the service applies the queued events to the world. Here the thread waits for the clock, and
+//! queues a tick every `period`. Replace it with your socket, device or bridge: see `listen`.
 //!
-//! - signal `my_plugin.ticks`: how many ticks have come; the simulation waits until there are `wait_for` of them
+//! - signal `my_plugin.ticks`: number of ticks received; the simulation waits until there are `wait_for` of them
 //!
 //! Build: `tatu plugin build`. Run the demo: `tatu plugin run`. The manual: `cargo doc -p tatu-plugin-api --open`.
 #![forbid(unsafe_code)]
@@ -28,10 +28,10 @@ impl Plugin for ThisPlugin {
     }
 }
 
-/// The service while it runs.
+/// A running service.
 struct Ticks {
     wait_for: i64,
-    /// How many have come.
+    /// Number of ticks applied to the world.
     ticks: Cell<i64>,
     queue: Receiver<i64>,
     /// Dropped to end the thread.
@@ -39,7 +39,7 @@ struct Ticks {
     thread: Option<JoinHandle<()>>,
 }
 
-/// The thread. It may wake the session and write to the log, and use nothing else of the host.
+/// Runs on the thread of the service. Of the host's functions it may use only `wake` and the log.
 fn listen(session: &Session, period: Duration, queue: &Sender<i64>, ending: &Receiver<()>) {
     for tick in 1.. {
         if ending.recv_timeout(period) != Err(RecvTimeoutError::Timeout) || queue.send(tick).is_err() {
@@ -72,8 +72,8 @@ impl Service for Ticks {
         Ok(Ticks { wait_for, ticks: Cell::new(0), queue, alive: Some(alive), thread: Some(thread) })
     }
 
-    /// Its turn, between two steps: it never blocks. What it does by commands is in the input log, so that a run can be
-    /// repeated without it.
+    /// Runs between two steps, and must never block. Its calls of commands are recorded in the input log, so that a run
+    /// can be replayed without the service.
     fn barrier(&self, turn: &Turn<'_>, _: u64) -> Result<Answer> {
         for tick in self.queue.try_iter() {
             self.ticks.set(tick);

@@ -8,41 +8,41 @@ use tatu_plugin_api::{
 
 use crate::hull::{Hull, Submerged};
 
-/// The plugin; it has no state.
+/// The plugin, which has no state.
 pub struct Water;
 
-/// What water does to the shape that it is mounted on.
+/// The forces of water on the shape that it is mounted on.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Buoyancy {
     hull: Hull,
-    /// Weight of the water per volume, N/m^3.
+    /// Specific weight of the water, N/m^3.
     weight: f64,
     /// Height of the surface, m.
     surface: f64,
     /// Velocity of the water, world frame, m/s.
     current: [f64; 3],
-    /// Drag of the whole hull, per velocity along and about each axis of the mount.
+    /// Linear drag of the fully submerged hull, along and about each axis of the mount.
     linear: [f64; 6],
     quadratic: [f64; 6],
-    /// Mass (three times) and moments of inertia of the body, kg and kg m^2, by which drag slows it down.
+    /// Mass (three times) and moments of inertia of the body, kg and kg m^2, which limit the effect of drag in a step.
     inertia: [f64; 6],
 }
 
 fields! {
     Report {
-        SUBMERGED: f64 = Field::new("buoyancy.submerged").unit("1").text("Share of the volume that is under water.");
-        FORCE: f64 = Field::new("buoyancy.force").unit("N").text("Force of the water upwards, without drag.");
+        SUBMERGED: f64 = Field::new("buoyancy.submerged").unit("1").text("Fraction of the volume that is under water.");
+        FORCE: f64 = Field::new("buoyancy.force").unit("N").text("Upward force of the water, without drag.");
     }
 }
 
-/// What the water reports.
+/// The readings of the actuator.
 struct Report;
 
 impl Actuator for Buoyancy {
     type Plugin = Water;
     const ID: &'static str = "buoyancy";
-    const TEXT: &'static str = "Water that carries a body, rights it and brakes it: a box hull below a flat surface.";
-    // The lift of a light body changes much within a step of the world.
+    const TEXT: &'static str = "Buoyancy, righting torque and drag of a box hull in water with a flat surface.";
+    // The buoyancy of a light body changes considerably within a step of the world.
     const EVERY_SUBSTEP: bool = true;
     const SCHEMAS: &'static [&'static str] = &["buoyancy/1"];
 
@@ -54,12 +54,12 @@ impl Actuator for Buoyancy {
                 .range(0.0, 1e4)
                 .default([1.0, 1.0, 1.0])
                 .rebuilds()
-                .text("Extents of the hull, a box about the actuator's origin, along its axes."),
+                .text("Extents of the hull, a box centred on the actuator's origin, along its axes."),
             Param::float("volume")
                 .range(0.0, 1e9)
                 .default(0.0)
                 .rebuilds()
-                .text("Water that the hull displaces when it is under water, m^3; 0: that of the box."),
+                .text("Volume that the hull displaces when it is submerged, m^3; 0: that of the box."),
             Param::float("density").range(0.0, 1e5).default(1000.0).rebuilds().text("Density of the water, kg/m^3."),
             Param::float("surface")
                 .unit("m")
@@ -75,10 +75,10 @@ impl Actuator for Buoyancy {
                 .text("Velocity of the water, world frame."),
             drag(
                 "linear_drag",
-                "Drag under water, N per m/s along x, y, z and N m per rad/s about them, in the actuator's frame.",
+                "Drag when submerged, N per m/s along x, y, z and N m per rad/s about them, in the actuator's frame.",
             )
             .default([0.0; 6]),
-            drag("quadratic_drag", "The same per squared velocity.").default([0.0; 6]),
+            drag("quadratic_drag", "Drag per squared velocity, otherwise like `linear_drag`.").default([0.0; 6]),
         ]
     }
 
@@ -116,7 +116,8 @@ impl Actuator for Buoyancy {
         let axes = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]].map(|axis| drive.to_world(axis));
         let [_, _, height, ..] = drive.pose();
         let [vx, vy, vz, wx, wy, wz] = drive.twist();
-        // Half a step ahead: the lift acts over the whole step, and a body that floats would otherwise swing more and more.
+        // Use the pose after half a step, because the force acts over the whole step; otherwise, the oscillation of a
+        // floating body would grow.
         let half = drive.dt() / 2.0;
         let cross = |a: [f64; 3]| [wy * a[2] - wz * a[1], wz * a[0] - wx * a[2], wx * a[1] - wy * a[0]];
         let ahead = axes.map(|a| std::array::from_fn(|k| a[k] + half * cross(a)[k]));
@@ -149,8 +150,7 @@ fn inertia(world: &SharedWorld<'_>, instance: Instance) -> Result<[f64; 6]> {
         mount = match world.get(mount, parent)?.as_object() {
             Some(above) if above != 0 => above,
             _ => {
-                world
-                    .log(TATU_LOG_WARNING, b"water without a shape above it carries nothing: make it the child of one");
+                world.log(TATU_LOG_WARNING, b"buoyancy without a shape above has no effect: make it the child of one");
                 return Ok([f64::INFINITY; 6]);
             }
         };
@@ -163,8 +163,8 @@ fn inertia(world: &SharedWorld<'_>, instance: Instance) -> Result<[f64; 6]> {
     Ok([m, m, m, xx, yy, zz].map(|x| x.max(f64::MIN_POSITIVE)))
 }
 
-/// Returns the mean of exp(-t) for t from 0 to x: the share of a drag that acts, on average, on a body that it slows down in
-/// a step. Without it, a light body would be thrown back and forth.
+/// Returns the mean of exp(-t) for t from 0 to x: the mean fraction of a drag during a step, in which it slows the body
+/// down. Without this factor, a light body would oscillate.
 fn mean_decay(x: f64) -> f64 {
     if x < 1e-9 { 1.0 } else { -libm::expm1(-x) / x }
 }

@@ -1,32 +1,33 @@
-//! Hydrostatics of a box below a flat surface of water.
+//! Hydrostatics of a box in water with a flat surface.
 
-/// Columns along x and along y. Each has two points of the Gauss-Legendre rule, which integrates the pressure on a floating
-/// box without error as long as no edge enters or leaves the water within a column.
+/// Number of columns along x and along y. Each has two points of the Gauss-Legendre rule, which integrates the pressure
+/// on a floating box exactly as long as no edge enters or leaves the water within a column.
 const COLUMNS: [usize; 2] = [6, 4];
-/// Where the two points are in a column of half width 1.
+/// Positions of the two points in a column of half width 1.
 const GAUSS: f64 = 0.577_350_269_189_625_8;
 
-/// A box about the origin of its mount, filled to a share of its volume.
+/// A box centred on the origin of its mount, with a given displacement.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Hull {
     /// Full extents along the axes of the mount, m.
     pub size: [f64; 3],
-    /// Volume of water that it displaces when it is under water, m^3.
+    /// Volume of water that it displaces when it is submerged, m^3.
     pub volume: f64,
 }
 
-/// What a hull has under water.
+/// The submerged part of a hull.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Submerged {
-    /// Share of the volume, 0 to 1.
+    /// Fraction of the volume, 0 to 1.
     pub share: f64,
-    /// Centre of that part relative to the mount's origin, world frame, m; the origin if nothing is under water.
+    /// Centre of the submerged part relative to the mount's origin, world frame, m; the origin if nothing is under
+    /// water.
     pub centre: [f64; 3],
 }
 
 impl Hull {
-    /// Returns what is under water. `axes` are the mount's axes in the world frame, and `depth` is how far its origin is
-    /// below the surface, m.
+    /// Returns the submerged part. `axes` are the mount's axes in the world frame, and `depth` is the depth of its
+    /// origin below the surface, m.
     pub fn submerged(&self, axes: [[f64; 3]; 3], depth: f64) -> Submerged {
         let half = self.size.map(|s| s / 2.0);
         let (mut share, mut moment) = (0.0, [0.0; 3]);
@@ -34,7 +35,7 @@ impl Hull {
             for y in points(COLUMNS[1]) {
                 let (x, y) = (x * half[0], y * half[1]);
                 let middle: [f64; 3] = std::array::from_fn(|k| axes[0][k] * x + axes[1][k] * y);
-                // The part of the column from `low` to `high`, along its axis, is under water.
+                // The column is submerged from `low` to `high` along its axis.
                 let (low, high) = part(middle[2] - depth, axes[2][2], half[2]);
                 let along = (low + high) / 2.0;
                 let length = high - low;
@@ -52,16 +53,16 @@ impl Hull {
     }
 }
 
-/// Returns the ends of the part of a column that is under water. Its middle is `z` above the surface, and its axis rises
-/// by `up` per length; it reaches `half` to each side.
+/// Returns the ends of the submerged part of a column. The column's centre is at height `z` above the surface, its axis
+/// rises by `up` per unit of length, and its half length is `half`.
 fn part(z: f64, up: f64, half: f64) -> (f64, f64) {
-    // A column that lies level is in the water or not; it changes between the two as a slightly tilted one does.
+    // A horizontal column is treated as slightly tilted, so that the transition is continuous.
     let up = if up.abs() < 1e-6 { f64::copysign(1e-6, up) } else { up };
     let surface = (-z / up).clamp(-half, half);
     if up > 0.0 { (-half, surface) } else { (surface, half) }
 }
 
-/// Returns the points of `n` columns from -1 to 1.
+/// Returns the integration points of `n` columns in the range -1 to 1.
 fn points(n: usize) -> impl Iterator<Item = f64> + Clone {
     let width = 2.0 / n as f64;
     (0..n).flat_map(move |i| {
@@ -96,8 +97,8 @@ mod tests {
 
     #[test]
     fn a_rolled_box_rights_itself_by_the_metacentre() {
-        // Half under water: the centre of the water moves sideways by the second moment of the waterline, over the
-        // displaced volume, times the tangent of the roll: BM = l b^3 / 12 / (l b d).
+        // Half submerged: the centre of buoyancy moves sideways by BM times the tangent of the roll, where BM is the
+        // second moment of the waterline divided by the displaced volume: l b^3 / 12 / (l b d).
         let angle: f64 = 0.05;
         let got = hull().submerged(rolled(angle), 0.0);
         assert!((got.share - 0.5).abs() < 1e-12, "{got:?}");

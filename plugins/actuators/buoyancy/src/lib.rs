@@ -1,4 +1,4 @@
-//! Buoyancy: water that carries and brakes bodies.
+//! Buoyancy and drag of bodies in water.
 
 mod buoyancy;
 mod hull;

@@ -7,7 +7,7 @@ use tatu_plugin_api::{
 
 use crate::rotor::{Load, Rotor};
 
-/// The plugin; it has no state.
+/// The plugin, which has no state.
 pub struct Propellers;
 
 /// A propeller with its motor.
@@ -18,13 +18,15 @@ pub struct Propeller {
 
 fields! {
     Report {
-        SPEED: f64 = Field::new("rotor.speed").unit("rad/s").text("Speed of the rotor, from 0.");
+        SPEED: f64 = Field::new("rotor.speed").unit("rad/s").text("Speed of the rotor, at least 0.");
         THRUST: f64 = Field::new("thrust.force").unit("N").text("Thrust along +z, mean since the previous call.");
-        TORQUE: f64 = Field::new("rotor.torque").unit("N m").text("Torque of the air against the turn, likewise.");
+        TORQUE: f64 = Field::new("rotor.torque")
+            .unit("N m")
+            .text("Torque of the air against the rotation, mean since the previous call.");
     }
 }
 
-/// What a propeller reports.
+/// The readings of a propeller.
 struct Report;
 
 fn number(key: &str, unit: &'static str, default: f64, text: &str) -> Param {
@@ -35,25 +37,25 @@ fn number(key: &str, unit: &'static str, default: f64, text: &str) -> Param {
 impl Actuator for Propeller {
     type Plugin = Propellers;
     const ID: &'static str = "propeller";
-    const TEXT: &'static str = "A rotor that a script gives a speed: thrust along +z, drag torque, lag of the motor.";
-    // A multicopter tilts within a step of the world; its thrust must tilt with it.
+    const TEXT: &'static str = "Rotor with a commanded speed: thrust along +z, drag torque, and lag of the motor.";
+    // The thrust must follow the attitude of a multicopter, which may change considerably within a step of the world.
     const EVERY_SUBSTEP: bool = true;
-    /// The speed, rad/s.
+    /// The state is the speed, rad/s.
     const STATE: usize = 1;
     const SCHEMAS: &'static [&'static str] = &["thrust/1", "rotor/1"];
 
     fn params() -> Vec<Param> {
         vec![
-            number("max_speed", "rad/s", 838.0, "Greatest speed.").range(0.001, 1e5),
-            number("max_thrust", "N", 7.0, "Thrust at the greatest speed; it grows with the square of the speed."),
+            number("max_speed", "rad/s", 838.0, "Maximum speed.").range(0.001, 1e5),
+            number("max_thrust", "N", 7.0, "Thrust at the maximum speed; proportional to the square of the speed."),
             number("torque_per_thrust", "m", 0.016, "Drag torque about the axis, in N m per N of thrust."),
             Param::string("turns")
                 .choices(&["counter-clockwise", "clockwise"])
                 .default("counter-clockwise")
                 .rebuilds()
-                .text("Sense of its turning, seen from where the thrust points to."),
-            number("time_constant", "s", 0.0125, "Time in which 63 % of a rise in speed is reached; 0: no lag."),
-            number("time_constant_down", "s", 0.025, "The same for a fall in speed."),
+                .text("Sense of rotation, seen from the side towards which the thrust points."),
+            number("time_constant", "s", 0.0125, "Time constant of an increase in speed (63 %); 0: no lag."),
+            number("time_constant_down", "s", 0.025, "Time constant of a decrease in speed; 0: no lag."),
             number("inflow", "", 0.0, "Loss of thrust, N per rad/s of the rotor and m/s along +z."),
             number("rotor_drag", "", 0.0, "Force against motion across the axis, N per rad/s of the rotor and m/s."),
             number("rolling_moment", "", 0.0, "Torque against motion across the axis, N m per rad/s and m/s."),

@@ -3,7 +3,7 @@
 /// The constants of a rotor.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Rotor {
-    /// Greatest speed, rad/s.
+    /// Maximum speed, rad/s.
     pub max_speed: f64,
     /// Thrust per squared speed, N s^2.
     pub thrust: f64,
@@ -11,26 +11,26 @@ pub struct Rotor {
     pub torque: f64,
     /// 1 if it turns counter-clockwise seen from above, otherwise -1.
     pub direction: f64,
-    /// Time constants of a rising and of a falling speed, s.
+    /// Time constants of an increasing and of a decreasing speed, s.
     pub lag: [f64; 2],
-    /// Loss of thrust per speed and axial velocity, N s^2/m.
+    /// Loss of thrust per unit of rotor speed and axial velocity, N s^2/m.
     pub inflow: f64,
-    /// Force against the velocity across the axis, per speed and velocity, N s^2/m.
+    /// Force against the velocity across the axis, per unit of rotor speed and velocity, N s^2/m.
     pub drag: f64,
-    /// Torque against the velocity across the axis, per speed and velocity, N s^2.
+    /// Torque against the velocity across the axis, per unit of rotor speed and velocity, N s^2.
     pub rolling: f64,
     /// Inertia about the axis, kg m^2.
     pub inertia: f64,
 }
 
-/// A wrench in the rotor's frame, and the thrust and the drag torque in it.
+/// A wrench in the rotor's frame, and its parts thrust and drag torque.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Load {
     pub force: [f64; 3],
     pub torque: [f64; 3],
     /// Thrust along +z, N.
     pub thrust: f64,
-    /// Torque of the air about the axis, against the turn, N m.
+    /// Torque of the air about the axis, against the rotation, N m.
     pub drag_torque: f64,
 }
 
@@ -46,9 +46,9 @@ pub struct Spin {
 }
 
 impl Rotor {
-    /// Returns the speed in a step of `dt` that begins with the speed `now` and approaches `wanted`.
+    /// Returns the speed in a step of duration `dt` that starts with the speed `now` and approaches `wanted`.
     ///
-    /// Means are exact, so that the momentum a body gains does not depend on the length of steps.
+    /// Means are exact, so that the momentum that a body gains does not depend on the duration of steps.
     pub fn spin(&self, now: f64, wanted: f64, dt: f64) -> Spin {
         let wanted = wanted.clamp(0.0, self.max_speed);
         let tau = self.lag[usize::from(wanted < now)];
@@ -73,7 +73,8 @@ impl Rotor {
         let thrust = self.thrust * mean_square - self.inflow * mean * w;
         let drag_torque = self.torque * self.thrust * mean_square;
         let (drag, rolling) = (self.drag * mean, self.rolling * mean);
-        // Gyroscopic: the rate of change of the angular momentum that turns with the mount, and that of its amount.
+        // The rate of change of the angular momentum, due to the rotation of the mount and to the acceleration of the
+        // rotor.
         let momentum = self.inertia * self.direction * mean;
         let gyro = [-turn[1] * momentum, turn[0] * momentum];
         Load {
@@ -135,7 +136,7 @@ mod tests {
         let spin = rotor().spin(500.0, 500.0, 0.01);
         let load = rotor().load(spin, [0.0; 3], [0.0; 3], 0.0);
         assert!((load.thrust - 2.5).abs() < 1e-12 && load.force == [0.0, 0.0, load.thrust]);
-        // Air brakes a counter-clockwise rotor clockwise.
+        // The drag torque on a counter-clockwise rotor is clockwise.
         assert!((load.torque[2] + 0.016 * 2.5).abs() < 1e-12);
         let air = Rotor { inflow: 1e-3, drag: 1e-4, rolling: 1e-6, ..rotor() };
         let load = air.load(spin, [2.0, 0.0, 3.0], [0.0; 3], 0.0);
@@ -145,11 +146,12 @@ mod tests {
 
     #[test]
     fn a_turning_rotor_is_a_gyroscope() {
-        // A mount that turns about x tilts the angular momentum (0, 0, H) towards -y, at turn * H: the mount feels +y.
+        // A rotation of the mount about x tilts the angular momentum (0, 0, H) towards -y, at the rate turn * H; the
+        // torque on the mount is along +y.
         let heavy = Rotor { inertia: 1e-4, ..rotor() };
         let load = heavy.load(heavy.spin(500.0, 500.0, 0.01), [0.0; 3], [2.0, 0.0, 0.0], 0.0);
         assert!((load.torque[1] - 2.0 * 1e-4 * 500.0).abs() < 1e-12, "{:?}", load.torque);
-        // Speeding up pushes the mount the other way.
+        // The acceleration of the rotor causes an opposite torque on the mount.
         let load = heavy.load(heavy.spin(500.0, 500.0, 0.01), [0.0; 3], [0.0; 3], 100.0);
         assert!((load.torque[2] + 0.04 + 0.01).abs() < 1e-12, "{:?}", load.torque);
     }

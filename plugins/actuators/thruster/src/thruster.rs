@@ -5,7 +5,7 @@ use tatu_plugin_api::{
     safe::{Actuator, Drive, Fail, Field, Instance, Output, Param, Params, Result, SharedWorld},
 };
 
-/// The plugin; it has no state.
+/// The plugin, which has no state.
 pub struct Thrusters;
 
 /// A thruster. If `SUBSTEP` is set, its direction follows the mount in each engine step, not only in each step of the
@@ -22,12 +22,12 @@ fields! {
     }
 }
 
-/// What a thruster reports.
+/// The readings of a thruster.
 struct Report;
 
 /// Returns the thrust after a time `dt`, and its mean during `dt`, N: a first-order lag from `now` towards `wanted`.
 ///
-/// The mean gives the exact impulse, so that the velocity of a body does not depend on the length of a step.
+/// The mean yields the exact impulse, so that the velocity of a body does not depend on the duration of a step.
 fn lag(now: f64, wanted: f64, time_constant: f64, dt: f64) -> (f64, f64) {
     if time_constant <= 0.0 || dt <= 0.0 {
         return (wanted, wanted);
@@ -42,12 +42,12 @@ impl<const SUBSTEP: bool> Actuator for Thruster<SUBSTEP> {
     type Plugin = Thrusters;
     const ID: &'static str = if SUBSTEP { "thruster_substep" } else { "thruster" };
     const TEXT: &'static str = if SUBSTEP {
-        "Pushes along its +z axis; evaluated before each engine step, so that its direction follows fast turns."
+        "Force along its +z axis; evaluated before each engine step, so that its direction follows fast turns."
     } else {
-        "Pushes along its +z axis, with the force that a script sets."
+        "Force along its +z axis, which a script sets."
     };
     const EVERY_SUBSTEP: bool = SUBSTEP;
-    /// The thrust, N.
+    /// The state is the thrust, N.
     const STATE: usize = 1;
     const SCHEMAS: &'static [&'static str] = &["thrust/1"];
 
@@ -58,13 +58,13 @@ impl<const SUBSTEP: bool> Actuator for Thruster<SUBSTEP> {
                 .range(0.0, f64::INFINITY)
                 .default(10.0)
                 .rebuilds()
-                .text("Greatest thrust, forwards and backwards."),
+                .text("Maximum thrust, forwards and backwards."),
             Param::float("time_constant")
                 .unit("s")
                 .range(0.0, f64::INFINITY)
                 .default(0.0)
                 .rebuilds()
-                .text("Time in which 63 % of a change of thrust is reached; 0: no lag."),
+                .text("Time constant of a change of thrust (63 % of the change); 0: no lag."),
         ]
     }
 

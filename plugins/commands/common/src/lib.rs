@@ -33,7 +33,7 @@ impl Gives {
     }
 }
 
-/// Builds a command that accepts any arguments and returns a neutral value; `why` says what is missing.
+/// Builds a command that accepts any arguments and returns a neutral value; `why` names the missing feature.
 pub fn stub<P: Plugin>(name: &str, gives: Gives, why: &str) -> Command<P> {
     let command = Command::new(name, move |c| {
         match gives {

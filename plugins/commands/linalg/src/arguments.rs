@@ -1,4 +1,4 @@
-//! Matrices as arguments and results of commands: their numbers row by row, and their number of rows.
+//! Matrices as arguments and results of commands: their elements row by row, and their number of rows.
 
 use tatu_plugin_api::safe::{Command, Fail, Param, Result, SharedCall};
 
@@ -9,35 +9,35 @@ pub struct Linalg;
 
 /// A command of this plugin.
 pub type Cmd = Command<Linalg>;
-/// A call of one of its commands.
+/// A call of one of this plugin's commands, which may run in parallel with others.
 pub type Shared<'a> = SharedCall<'a, Linalg>;
 
-/// Most numbers of a matrix: decompositions take time in proportion to their power of 1.5.
+/// Maximum number of elements of a matrix; the time for a decomposition grows with its power of 1.5.
 const MOST: usize = 250_000;
 
-/// Declares the numbers of a matrix.
+/// Declares the parameter with the elements of a matrix.
 pub fn matrix(key: &str) -> Param {
-    Param::floats(key, 0).text("its numbers, row by row")
+    Param::floats(key, 0).text("its elements, row by row")
 }
 
-/// Declares the number of rows of a matrix.
+/// Declares the parameter with the number of rows of a matrix.
 pub fn rows(key: &str) -> Param {
     Param::int(key).text("its number of rows")
 }
 
-/// Returns the matrix whose numbers are argument `i`, and whose number of rows is the next one.
+/// Returns the matrix whose elements are argument `i` and whose number of rows is the argument after it.
 pub fn given(c: &Shared<'_>, i: usize) -> Result<Matrix> {
     let wrong = |what: &str| Fail::argument(format!("argument {}: {what}", i + 1));
-    let numbers = c.arg(i).numbers().ok_or_else(|| wrong("expected the numbers of a matrix"))?;
+    let numbers = c.arg(i).numbers().ok_or_else(|| wrong("expected the elements of a matrix, a list of numbers"))?;
     if numbers.len() > MOST {
-        return Err(wrong(&format!("{} numbers; expected at most {MOST}", numbers.len())));
+        return Err(wrong(&format!("a matrix may have at most {MOST} elements, but there are {}", numbers.len())));
     }
     if !numbers.iter().all(|x| x.is_finite()) {
-        return Err(wrong("a matrix with a number that is not finite"));
+        return Err(wrong("the elements of a matrix must be finite"));
     }
     let rows = usize::try_from(c.i64(i + 1)?).unwrap_or(0);
     if rows == 0 || numbers.is_empty() || !numbers.len().is_multiple_of(rows) {
-        return Err(wrong(&format!("{} numbers are no matrix with {rows} rows", numbers.len())));
+        return Err(wrong(&format!("{} elements cannot form a matrix with {rows} rows", numbers.len())));
     }
     Ok(Matrix::from_row_slice(rows, numbers.len() / rows, &numbers))
 }
@@ -46,7 +46,7 @@ pub fn given(c: &Shared<'_>, i: usize) -> Result<Matrix> {
 pub fn give(c: &mut Shared<'_>, m: &Matrix) -> Result {
     let by_rows = m.transpose();
     if !by_rows.iter().all(|x| x.is_finite()) {
-        return Err(Fail::argument("the result is too large for numbers"));
+        return Err(Fail::argument("the result overflows: it has an element that is not finite"));
     }
     c.ret(by_rows.as_slice());
     Ok(())

@@ -6,27 +6,29 @@ use nalgebra::DMatrix;
 pub type Matrix = DMatrix<f64>;
 type Made<T> = Result<T, String>;
 
-/// Most iterations of an eigenvalue.
+/// Maximum number of iterations of an eigenvalue computation.
 const ITERATIONS: usize = 10_000;
-/// Greatest 1-norm of a matrix whose exponential is computed.
+/// Maximum 1-norm of a matrix whose exponential is computed.
 const GREATEST: f64 = 1000.0;
-/// Singular values below this share of the greatest count as 0.
+/// Singular values below this fraction of the greatest count as 0.
 const TINY: f64 = 1e-12;
 
 fn square(m: &Matrix) -> Made<()> {
     if m.is_square() { Ok(()) } else { Err(format!("expected a square matrix, found {} x {}", m.nrows(), m.ncols())) }
 }
 
-/// Solves a x = b; with more rows than columns by least squares.
+/// Solves a x = b; if `a` has more rows than columns, in the least-squares sense.
 pub fn solve(a: &Matrix, b: &Matrix) -> Made<Matrix> {
     if a.nrows() != b.nrows() {
-        return Err(format!("{} equations with {} right sides: expected as many", a.nrows(), b.nrows()));
+        return Err(format!("{} equations with {} right-hand sides: expected equal numbers", a.nrows(), b.nrows()));
     }
     if a.nrows() < a.ncols() {
         let [rows, columns] = [a.nrows(), a.ncols()];
-        return Err(format!("{rows} equations for {columns} unknowns: expected at least as many"));
+        return Err(format!(
+            "{rows} equations for {columns} unknowns: expected at least as many equations as unknowns"
+        ));
     }
-    let lacks = || "the equations have no single solution: the matrix is singular".to_owned();
+    let lacks = || "the equations have no unique solution: the matrix is singular".to_owned();
     if a.is_square() {
         return a.clone().lu().solve(b).filter(|x| x.iter().all(|v| v.is_finite())).ok_or_else(lacks);
     }
@@ -38,31 +40,31 @@ pub fn solve(a: &Matrix, b: &Matrix) -> Made<Matrix> {
     svd.solve(b, 0.0).map_err(str::to_owned)
 }
 
-/// Returns the inverse.
+/// Returns the inverse of a square matrix.
 pub fn inverse(m: &Matrix) -> Made<Matrix> {
     square(m)?;
     let inverse = m.clone().try_inverse().filter(|x| x.iter().all(|v| v.is_finite()));
     inverse.ok_or_else(|| "the matrix is singular: it has no inverse".into())
 }
 
-/// Returns the Moore-Penrose inverse.
+/// Returns the Moore-Penrose inverse, in which singular values below 1e-12 times the greatest count as 0.
 pub fn pseudo_inverse(m: &Matrix) -> Made<Matrix> {
     let most = m.clone().singular_values().max();
     m.clone().pseudo_inverse(TINY * most).map_err(str::to_owned)
 }
 
-/// Returns the exponential.
+/// Returns the exponential of a square matrix.
 pub fn exponential(m: &Matrix) -> Made<Matrix> {
     square(m)?;
-    // Beyond, digits are lost by repeated squaring, and the number of squarings is not bounded.
+    // A larger norm needs more squarings, without a bound, and each squaring loses precision.
     let norm = m.column_iter().map(|c| c.lp_norm(1)).fold(0.0, f64::max);
     if norm > GREATEST {
-        return Err(format!("the matrix is too large for an exponential: its norm is {norm:e}, at most {GREATEST}"));
+        return Err(format!("the norm of the matrix must be at most {GREATEST}, but it is {norm:e}"));
     }
     Ok(m.exp())
 }
 
-/// Returns the lower triangle of the Cholesky decomposition.
+/// Returns the lower triangular factor L of the Cholesky decomposition L L' of a symmetric matrix.
 pub fn cholesky(m: &Matrix) -> Made<Matrix> {
     square(m)?;
     symmetric(m)?;
@@ -70,13 +72,13 @@ pub fn cholesky(m: &Matrix) -> Made<Matrix> {
     found.map(|c| c.l()).ok_or_else(|| "the matrix is not positive definite".into())
 }
 
-/// Returns the determinant.
+/// Returns the determinant of a square matrix.
 pub fn determinant(m: &Matrix) -> Made<f64> {
     square(m)?;
     Ok(m.determinant())
 }
 
-/// Returns the real and the imaginary parts of the eigenvalues, in ascending order.
+/// Returns the real and the imaginary parts of the eigenvalues, in ascending order of the real parts.
 pub fn eigenvalues(m: &Matrix) -> Made<(Vec<f64>, Vec<f64>)> {
     square(m)?;
     let schur = nalgebra::linalg::Schur::try_new(m.clone(), f64::EPSILON, ITERATIONS);
@@ -94,7 +96,7 @@ pub fn symmetric_eigen(m: &Matrix) -> Made<(Vec<f64>, Matrix)> {
     let eigen = eigen.ok_or("the eigenvalues were not found: the iteration did not converge")?;
     let mut order: Vec<usize> = (0..m.nrows()).collect();
     order.sort_by(|a, b| eigen.eigenvalues[*a].total_cmp(&eigen.eigenvalues[*b]));
-    // The sign of an eigenvector is free: its greatest part is positive.
+    // The sign of an eigenvector is arbitrary: make its largest component positive, so that results are reproducible.
     let columns = order.iter().map(|i| {
         let v = eigen.eigenvectors.column(*i).into_owned();
         if v[v.iamax()] < 0.0 { -v } else { v }

@@ -1,7 +1,7 @@
-//! Linear algebra for scripts: `require 'matrix'` gives matrices with operators, built on these commands.
+//! Linear algebra for scripts: `require 'matrix'` provides matrices with operators, which use these commands.
 //!
 //! `decompositions`: the mathematics, without commands; `arguments`: matrices as arguments and results of commands;
-//! `matrix.lua`: the objects that scripts use.
+//! `matrix.lua`: the matrix type of scripts.
 
 mod arguments;
 mod decompositions;
@@ -33,8 +33,8 @@ fn products(offer: &mut Offer<Linalg>) {
         Cmd::side_by_side("linalg.multiply", |c| {
             let (a, b) = (given(c, 0)?, given(c, 2)?);
             if a.ncols() != b.nrows() {
-                let text = format!("a matrix with {} columns times one with {} rows", a.ncols(), b.nrows());
-                return Err(Fail::argument(format!("{text}: expected as many")));
+                let text = format!("a has {} columns and b has {} rows", a.ncols(), b.nrows());
+                return Err(Fail::argument(format!("{text}: expected equal numbers to multiply them")));
             }
             give(c, &(a * b))
         })
@@ -43,7 +43,7 @@ fn products(offer: &mut Offer<Linalg>) {
         .param(matrix("b"))
         .param(rows("b_rows"))
         .returns(Param::floats("product", 0).text("by rows"))
-        .text("Multiplies two matrices, which are given as their numbers, row by row, and their number of rows.")
+        .text("Multiplies two matrices, each given by its elements, row by row, and its number of rows.")
         .example("local p = linalg.multiply({1, 2, 3, 4}, 2, {1, 1}, 2)\nassert(p[1] == 3 and p[2] == 7)"),
     );
     offer.command(
@@ -57,12 +57,12 @@ fn products(offer: &mut Offer<Linalg>) {
         .param(matrix("b"))
         .param(rows("b_rows"))
         .returns(Param::floats("x", 0).text("by rows"))
-        .text("Solves a x = b; with more rows than columns by least squares.")
+        .text("Solves a x = b; if a has more rows than columns, in the least-squares sense.")
         .example("local x = linalg.solve({2, 0, 0, 4}, 2, {2, 2}, 2)\nassert(x[1] == 1 and x[2] == 0.5)"),
     );
 }
 
-/// A function of one matrix.
+/// An operation that computes a matrix from one matrix.
 type Function = fn(&decompositions::Matrix) -> std::result::Result<decompositions::Matrix, String>;
 
 fn of_one(offer: &mut Offer<Linalg>) {
@@ -83,7 +83,7 @@ fn of_one(offer: &mut Offer<Linalg>) {
         (
             "pseudoInverse",
             decompositions::pseudo_inverse,
-            "Returns the Moore-Penrose inverse; singular values below 1e-12 of the greatest count as 0.",
+            "Returns the Moore-Penrose inverse; singular values below 1e-12 times the greatest count as 0.",
             "m = linalg.pseudoInverse({1, 1}, 2)",
         ),
     ];
@@ -138,7 +138,7 @@ fn eigen(offer: &mut Offer<Linalg>) {
         .param(matrix("m"))
         .param(rows("m_rows"))
         .returns(Param::floats("values", 0).text("ascending"))
-        .returns(Param::floats("vectors", 0).text("by rows: column i belongs to value i"))
+        .returns(Param::floats("vectors", 0).text("row by row: column i belongs to value i"))
         .text("Returns the eigenvalues and eigenvectors of a symmetric matrix.")
         .example("local values = linalg.symmetricEigen({2, 0, 0, 1}, 2)\nassert(values[1] == 1 and values[2] == 2)"),
     );

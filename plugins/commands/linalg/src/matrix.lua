@@ -10,7 +10,7 @@ local function new(rows, columns, data)
     return setmetatable({ nrows = rows, ncols = columns, values = data }, Matrix)
 end
 
--- A matrix from rows, or a column from a list of numbers; other values as they are.
+-- Converts a list of rows to a matrix, or a list of numbers to a column; returns a matrix unchanged.
 local function matrix_of(x)
     if is_matrix(x) then return x end
     if type(x) ~= 'table' then error('expected a matrix or a list of numbers, found ' .. type(x), 3) end
@@ -78,7 +78,7 @@ local function index(m, i, j)
     return (i - 1) * m.ncols + j
 end
 
--- An element; without a column that of a vector.
+-- Returns the element in row i and column j; of a vector, j may be omitted.
 function Matrix:get(i, j)
     if j == nil then
         if self.nrows == 1 then i, j = 1, i else j = 1 end
@@ -103,7 +103,7 @@ function Matrix:col(j)
     for i = 1, self.nrows do data[i] = self:get(i, j) end
     return new(self.nrows, 1, data)
 end
--- Copies another matrix into this one, from an element on.
+-- Copies another matrix into this one; its first element is stored in row i, column j.
 function Matrix:assign(i, j, other)
     other = matrix_of(other)
     for r = 1, other.nrows do
@@ -132,7 +132,7 @@ function Matrix:dot(other)
     return sum
 end
 function Matrix:trace()
-    if self.nrows ~= self.ncols then error('the trace of a matrix that is not square', 2) end
+    if self.nrows ~= self.ncols then error('only a square matrix has a trace', 2) end
     local sum = 0
     for i = 1, self.nrows do sum = sum + self:get(i, i) end
     return sum
@@ -146,14 +146,14 @@ Matrix.pinv = made('pseudoInverse')
 Matrix.exp = made('exponential')
 Matrix.cholesky = made('cholesky')
 function Matrix:det() return linalg.determinant(self.values, self.nrows) end
--- x with self x = b; a list of numbers is a column.
+-- Returns x such that self * x = b; a list of numbers b is a column.
 function Matrix:solve(b)
     b = matrix_of(b)
     return new(self.ncols, b.ncols, linalg.solve(self.values, self.nrows, b.values, b.nrows))
 end
--- Real and imaginary parts, ascending by the real ones.
+-- Returns the real and the imaginary parts of the eigenvalues, in ascending order of the real parts.
 function Matrix:eigenvalues() return linalg.eigenvalues(self.values, self.nrows) end
--- Of a symmetric matrix: values, ascending, and a matrix whose columns are the vectors.
+-- Returns the eigenvalues of a symmetric matrix, in ascending order, and a matrix whose columns are the eigenvectors.
 function Matrix:eigen()
     local values, vectors = linalg.symmetricEigen(self.values, self.nrows)
     return values, new(self.nrows, self.ncols, vectors)
@@ -161,19 +161,19 @@ end
 
 local MOST = 250000
 
--- Whether these are the sizes of a matrix.
+-- Raises an error unless a matrix of this size is allowed.
 local function check_size(rows, columns)
     for _, n in ipairs{rows, columns} do
         if math.type(n) ~= 'integer' or n < 1 then
-            error('the size of a matrix is two integers from 1, found ' .. tostring(rows) .. ' and ' .. tostring(columns), 3)
+            error('a matrix size must be two positive integers, not ' .. tostring(rows) .. ', ' .. tostring(columns), 3)
         end
     end
     if rows > MOST or columns > MOST or rows * columns > MOST then
-        error(string.format('a matrix has at most %d numbers, found %d x %d', MOST, rows, columns), 3)
+        error(string.format('a matrix may have at most %d elements, found %d x %d', MOST, rows, columns), 3)
     end
 end
 
--- Copies numbers, which must be as many as given.
+-- Copies the first `count` elements of a list; raises an error if one of them is not a number.
 local function numbers_of(list, count)
     local data = {}
     for i = 1, count do
@@ -209,7 +209,7 @@ function module.vector(values)
 end
 module.is = is_matrix
 
--- Matrix{{1, 2}, {3, 4}}, Matrix{1, 2} for a column, or Matrix(rows, columns, numbers row by row).
+-- Constructors: Matrix{{1, 2}, {3, 4}}; Matrix{1, 2}, a column; Matrix(rows, columns, elements row by row).
 return setmetatable(module, {
     __call = function(_, first, columns, data)
         if type(first) == 'number' then
@@ -217,7 +217,7 @@ return setmetatable(module, {
             check_size(first, columns)
             if #data ~= first * columns then
                 local size = string.format('%d x %d', first, columns)
-                error(string.format('%d numbers for a %s matrix: expected %d', #data, size, first * columns), 2)
+                error(string.format('%d elements for a %s matrix: expected %d', #data, size, first * columns), 2)
             end
             return new(first, columns, numbers_of(data, #data))
         end
@@ -227,7 +227,7 @@ return setmetatable(module, {
         local numbers = {}
         for i, row in ipairs(first) do
             if type(row) ~= 'table' or #row ~= #first[1] then
-                error(string.format('row %d is not a list of %d numbers, as row 1 is', i, #first[1]), 2)
+                error(string.format('row %d must be a list of %d numbers, like row 1', i, #first[1]), 2)
             end
             for _, x in ipairs(numbers_of(row, #row)) do numbers[#numbers + 1] = x end
         end

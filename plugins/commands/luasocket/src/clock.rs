@@ -1,4 +1,4 @@
-//! Host names, and this machine's clock.
+//! Commands that resolve host names and read this machine's clock.
 
 use std::{
     io,
@@ -43,9 +43,9 @@ pub(crate) fn offer(offer: &mut Offer<LuaSocket>) {
         })
         .returns(Param::float("time").unit("s"))
         .text(
-            "Returns the seconds since 1970 by the clock of this machine, which is an input of the run, if the run may \
-             open sockets; otherwise the date of the start plus the time that clocks show since then, which is the \
-             same in each run that is not in real time.",
+            "Returns the Unix time. If the run may open sockets, it is read from the clock of this machine and \
+             recorded as an input of the run; otherwise it is the start date of the run plus the time elapsed since, \
+             which is the same in each run that is not in real time.",
         )
         .example("assert(luasocket.time() >= 0)"),
     );
@@ -58,7 +58,7 @@ pub(crate) fn offer(offer: &mut Offer<LuaSocket>) {
             Ok(())
         })
         .param(Param::float("seconds").unit("s"))
-        .text("Stops the whole run for a time by the clock, if the run may open sockets; otherwise it does nothing.")
+        .text("Blocks the whole run for a wall-clock time if the run may open sockets; otherwise does nothing.")
         .example("luasocket.sleep(0.01)"),
     );
 }

@@ -15,7 +15,7 @@ pub(crate) fn offer(offer: &mut Offer<LuaSocket>) {
     offer.command(
         command("luasocket.bindDatagrams", |c, s, _| {
             let n = c.i64(0)?;
-            // Port 0 means no particular peer, so with `*` any permission suffices.
+            // Neither `*` nor port 0 names a particular address, so any permission suffices.
             let at = match (c.text(1)?.as_str(), port(c, 2)?) {
                 ("*", 0) if permission::any(&allowed(c)?) => Ok(SocketAddr::from(([0, 0, 0, 0], 0))),
                 _ => address(c, 1)?,
@@ -28,12 +28,12 @@ pub(crate) fn offer(offer: &mut Offer<LuaSocket>) {
                 vec![Value::Int(n)]
             })))
         })
-        .param(Param::int("socket").text("its number; 0: a new one"))
+        .param(Param::int("socket").text("its number; 0: opens a new socket"))
         .param(Param::string("host").text("`*`: any address of this machine"))
-        .param(Param::int("port").text("0: any free one"))
+        .param(Param::int("port").text("0: any free port"))
         .returns(Param::int("number").optional())
         .returns(failure())
-        .text("Opens a socket for datagrams (UDP).")
+        .text("Opens a UDP socket, or binds an open one to another address.")
         .example("local n, e = luasocket.bindDatagrams(0, '*', 0)"),
     );
     offer.command(
@@ -46,7 +46,7 @@ pub(crate) fn offer(offer: &mut Offer<LuaSocket>) {
         .param(Param::int("port"))
         .returns(Param::int("done").optional().text("1"))
         .returns(failure())
-        .text("Connects a datagram socket to one address: it receives only from there, and sends there.")
+        .text("Connects a UDP socket to an address: the socket then sends to this address and receives only from it.")
         .example("local done, e = luasocket.connectDatagrams(0, '127.0.0.1', 9)"),
     );
     offer.command(

@@ -1,9 +1,9 @@
 //! Sockets for scripts: `require 'socket'` provides the interface of LuaSocket.
 //!
 //! - `sockets`: numbered sockets, on top of the standard library; `permission`: the addresses that a run may reach;
-//! - `look`: records what a script receives from outside as an input of the run;
-//! - `streams`, `datagrams`, `clock`: commands that access the outside; `socket.lua`: LuaSocket's objects, built on the
-//!   commands.
+//! - `look`: records the results of external accesses as inputs of the run;
+//! - `streams`, `datagrams`, `clock`: commands for TCP, UDP, and host names and time; `socket.lua`: LuaSocket's
+//!   objects, built on the commands.
 
 mod clock;
 mod datagrams;
@@ -51,7 +51,7 @@ impl PerWorld for LuaSocket {
     }
 
     const STATE_VERSION: u32 = 1;
-    /// Saves only the last socket number. Open sockets cannot be saved: a restored world finds them closed, and their
+    /// Saves only the last socket number. Open sockets cannot be saved: they are closed in a restored world, and their
     /// numbers are not reused.
     fn save(open: &Open) -> Result<Vec<u8>> {
         let sockets =
@@ -61,7 +61,7 @@ impl PerWorld for LuaSocket {
     fn load(open: &Open, bytes: &[u8], version: u32) -> Result<()> {
         let last = bytes.try_into().ok().map(i64::from_le_bytes).filter(|_| version == Self::STATE_VERSION);
         let last = last.ok_or_else(|| {
-            Fail::unsupported("the saved state has an unknown format; it may be of a different version")
+            Fail::unsupported("the saved state has an unknown format; another version of the plugin may have saved it")
         })?;
         let mut sockets =
             open.sockets.try_borrow_mut().map_err(|_| Fail::with_code(TATU_ERR_BUSY, "its sockets are in use"))?;

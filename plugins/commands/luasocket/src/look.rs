@@ -1,4 +1,4 @@
-//! Access to the outside: checks what is allowed, and records the result as an input of the run.
+//! Access to the network and the clock: checks permissions, and records the results as inputs of the run.
 
 use std::{cell::RefMut, io, net::SocketAddr};
 
@@ -17,7 +17,7 @@ use crate::{
 
 pub(crate) type Ctx<'a> = Call<'a, LuaSocket>;
 
-/// Kind of these entries in the input log.
+/// Kind of this plugin's entries in the input log.
 const KIND: &str = "socket";
 /// Commands whose first result is the number of a socket.
 const OPENS: [&str; 4] = ["luasocket.connect", "luasocket.listen", "luasocket.accept", "luasocket.bindDatagrams"];
@@ -25,7 +25,7 @@ const OPENS: [&str; 4] = ["luasocket.connect", "luasocket.listen", "luasocket.ac
 pub(crate) fn text(text: impl AsRef<str>) -> Value {
     Value::text(text.as_ref())
 }
-/// Returns nil and the message of an error.
+/// Converts an error to the return values nil and message.
 pub(crate) fn wrong(e: &io::Error) -> Vec<Value> {
     vec![Value::Nil, text(words(e))]
 }
@@ -40,7 +40,7 @@ pub(crate) fn open<'a>(c: &Ctx<'a>) -> Result<RefMut<'a, Sockets>> {
     c.instance().sockets.try_borrow_mut().map_err(|_| Fail::with_code(TATU_ERR_BUSY, "the sockets are in use"))
 }
 
-/// Returns the addresses that the user allows, as given by `--allow net=...`.
+/// Returns the addresses that the user allows by `--allow net=...`, separated by commas.
 pub(crate) fn allowed(c: &Ctx<'_>) -> Result<String> {
     Ok(c.world().get(0, c.plugin().allow)?.as_str().unwrap_or_default().into_owned())
 }
@@ -49,7 +49,7 @@ pub(crate) fn allowed(c: &Ctx<'_>) -> Result<String> {
 pub(crate) fn address(c: &Ctx<'_>, i: usize) -> Result<io::Result<SocketAddr>> {
     let (host, port) = (c.text(i)?, port(c, i + 1)?);
     let allowed = allowed(c)?;
-    // Without any permission, host names are not even resolved.
+    // Resolving a host name is already network access, so it requires a permission, too.
     let found = if permission::any(&allowed) { addresses(&host, port) } else { Ok(Vec::new()) };
     let found = match found {
         Ok(found) => found,
@@ -61,9 +61,8 @@ pub(crate) fn address(c: &Ctx<'_>, i: usize) -> Result<io::Result<SocketAddr>> {
     if !c.instance().told.replace(true) {
         let host = if host == "*" { "0.0.0.0" } else { &host };
         let port = if port == 0 { "*".to_owned() } else { port.to_string() };
-        let text = format!(
-            "a script wants to use {host}:{port}, which is not allowed; to allow it: --allow net={host}:{port}"
-        );
+        let text =
+            format!("a script was denied access to {host}:{port}; to allow it, pass `--allow net={host}:{port}`");
         c.world().log(TATU_LOG_WARNING, text.as_bytes());
     }
     Ok(Err(io::ErrorKind::PermissionDenied.into()))
@@ -75,7 +74,8 @@ pub(crate) fn port(c: &Ctx<'_>, i: usize) -> Result<u16> {
     number.map(|n| n as u16).ok_or_else(|| Fail::argument(format!("argument {}: expected a port, 0 to 65535", i + 1)))
 }
 
-/// Runs `look`, or takes its result from the log in a replay; the result becomes the command's return values.
+/// Runs `look` and records its result in the input log; in a replay, returns the recorded result instead. The values
+/// are those that the command returns.
 pub(crate) fn observe(
     c: &Ctx<'_>,
     name: &str,
@@ -95,7 +95,7 @@ pub(crate) fn observe(
     }
     let strange = || {
         Fail::new(format!(
-            "the recorded run used its sockets differently here: {found}; replay it with the scene it was recorded with"
+            "the recorded run made a different socket call here: {found}; replay it with the scene it was recorded with"
         ))
     };
     let (then, found): (String, Vec<Json>) = serde_json::from_str(&found).map_err(|_| strange())?;
@@ -104,7 +104,7 @@ pub(crate) fn observe(
     }
     let found = found.iter().map(json::read).collect::<Result<Vec<_>>>()?;
     if let Some(Value::Int(n)) = found.first().filter(|_| OPENS.contains(&name)) {
-        // A replay opens no sockets, but counts them as the recorded run did.
+        // A replay opens no sockets, but must number them like the recorded run.
         let mut sockets = open(c)?;
         sockets.last = sockets.last.max(*n);
     }
@@ -115,7 +115,7 @@ pub(crate) fn give(c: &mut Ctx<'_>, values: Vec<Value>) {
     values.into_iter().for_each(|v| c.ret(v));
 }
 
-/// Builds a command that accesses the outside.
+/// Builds a command whose results are recorded as inputs of the run.
 pub(crate) fn command(
     name: &'static str,
     look: impl Fn(&Ctx<'_>, &mut Sockets, &dyn Fn() -> bool) -> Result<Vec<Value>> + Send + Sync + 'static,

@@ -2,7 +2,7 @@
 
 use std::net::SocketAddr;
 
-/// Returns whether an address is allowed; `host` is its name as the script wrote it. A `*` in `allowed` matches any
+/// Returns whether `at` is allowed; `host` is its host name as written in the script. A `*` in `allowed` matches any
 /// host or port.
 pub fn allows(allowed: &str, host: &str, at: SocketAddr) -> bool {
     places(allowed).any(|(h, p)| {

@@ -4,7 +4,7 @@ local error, ipairs, math, rawget, select, setmetatable, string, table, tonumber
     error, ipairs, math, rawget, select, setmetatable, string, table, tonumber, tostring, type, table.unpack, pcall, getmetatable
 
 local M = { _VERSION = 'LuaSocket 3.1.0', BLOCKSIZE = 2048, _DATAGRAMSIZE = 8192, _SETSIZE = 1024, _SOCKETINVALID = -1, dns = {} }
--- Key under which an object keeps its private state: socket number (nil if closed), class, timeouts, bytes counted.
+-- Key of an object's private state: socket number (nil if closed), class, timeouts, byte counts.
 local OWN = {}
 local methods = {}
 local meta = { __metatable = false }
@@ -13,7 +13,7 @@ function meta.__index(object, key)
     if key == 'class' then return rawget(object, OWN).class end
     return methods[key]
 end
-function meta.__newindex() error('an object of LuaSocket has no fields of its own', 2) end
+function meta.__newindex() error('fields of LuaSocket objects cannot be set', 2) end
 function meta.__tostring(object)
     local own = rawget(object, OWN)
     return own.class .. ': ' .. own.id
@@ -27,7 +27,7 @@ local function bad(argument, method, text)
     error(string.format("bad argument #%d to '%s' (%s)", argument, method, text), 3)
 end
 
--- Returns the private state of an object, if the object is of one of these classes; raises an error otherwise.
+-- Returns the private state of an object that belongs to one of the given classes; raises an error for any other value.
 local function own_of(object, method, ...)
     local own = type(object) == 'table' and rawget(object, OWN)
     if own then
@@ -40,7 +40,7 @@ local function own_of(object, method, ...)
 end
 local function number_of(own) return own.number or 0 end
 
--- Returns the seconds that a call may take; negative: no limit.
+-- Returns the timeout of a call in seconds; negative: no limit.
 local function timeout_of(own)
     if own.block < 0 then return own.total end
     if own.total < 0 then return own.block end
@@ -293,7 +293,7 @@ function M.connect(host, port)
 end
 M.connect4 = M.connect
 
--- Returns the numbers of the open sockets in a list; fills `objects`, which maps a number to its object.
+-- Returns the numbers of the open sockets in a list, and adds them to `objects`, a map from numbers to objects.
 local function listed(list, objects)
     local numbers = {}
     for _, object in ipairs(list or {}) do
@@ -335,7 +335,7 @@ function M.dns.tohostname(address)
     return address, { name = address, alias = {}, ip = all }
 end
 
--- Errors as exceptions: `try` raises what `protect` catches and returns as nil and a message.
+-- LuaSocket's exceptions: `try` raises an error, which `protect` catches and returns as nil and a message.
 local RAISED = {}
 function M.newtry(finalizer)
     return function(...)
@@ -406,6 +406,6 @@ for _, name in ipairs { 'tcp6', 'udp6', 'connect6' } do
     M[name] = function() error("LuaSocket's " .. name .. ' is not provided', 2) end
 end
 
--- LuaSocket 2, which scripts of V-REP 3 were written for, sets the global variable as well.
+-- LuaSocket 2, for which scripts of V-REP 3 were written, also sets a global variable.
 if rawget(_G, 'socket') == nil then socket = M end
 return M

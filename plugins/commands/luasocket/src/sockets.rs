@@ -12,7 +12,7 @@ use std::{
 const SLICE: Duration = Duration::from_millis(50);
 /// Pause between two polls of a non-blocking socket.
 const LOOK: Duration = Duration::from_millis(1);
-/// Shortest timeout of a connection attempt: `connect_timeout` refuses zero.
+/// Shortest timeout of a connection attempt; `connect_timeout` rejects zero.
 const LEAST_CONNECT: Duration = Duration::from_millis(20);
 /// Longest timeout of a connection attempt, used where the script sets no limit.
 const MOST_CONNECT: Duration = Duration::from_secs(120);
@@ -39,19 +39,20 @@ pub enum Socket {
 #[derive(Default)]
 pub struct Sockets {
     all: BTreeMap<i64, Socket>,
-    /// The last number that was assigned. Numbers are not reused, so a number kept from before a restore never refers
-    /// to a different socket.
+    /// The last number that was assigned. Numbers are not reused, so a number that a script stored before a restore
+    /// never refers to a different socket.
     pub last: i64,
 }
 
-/// The deadline of a blocking call, and a check that ends it earlier.
+/// The deadline of a blocking call, and a callback that can end the call earlier.
 pub struct Patience<'a> {
     end: Option<Instant>,
     ends: &'a dyn Fn() -> bool,
 }
 
 impl<'a> Patience<'a> {
-    /// Creates a deadline in `seconds`, or none if it is negative. `ends` returns whether the run is about to end.
+    /// Creates a deadline `seconds` from now, or none if `seconds` is negative. `ends` returns whether the run is about
+    /// to end.
     pub fn new(seconds: f64, ends: &'a dyn Fn() -> bool) -> Self {
         let end = (seconds >= 0.0).then(|| Instant::now() + Duration::from_secs_f64(seconds.min(1e6)));
         Patience { end, ends }
@@ -130,7 +131,7 @@ fn closed() -> io::Error {
     ErrorKind::NotConnected.into()
 }
 
-/// Connects, in a separate thread because the system call cannot be interrupted.
+/// Opens a TCP connection, in a separate thread because the system call cannot be interrupted.
 pub fn connect(to: SocketAddr, patience: &Patience<'_>) -> io::Result<Socket> {
     let most = patience.left().unwrap_or(MOST_CONNECT).clamp(LEAST_CONNECT, MOST_CONNECT);
     let (done, wait) = mpsc::channel();
@@ -195,7 +196,7 @@ impl Stream {
         }
     }
 
-    /// Appends received bytes to `out`; after an error, `out` keeps what was received before it.
+    /// Appends received bytes to `out`, including those received before an error.
     fn receive(&mut self, want: Want, out: &mut Vec<u8>, patience: &Patience<'_>) -> io::Result<()> {
         loop {
             match want {
@@ -246,7 +247,7 @@ impl Sockets {
             _ => Err(closed()),
         }
     }
-    /// Returns the UDP socket of this number.
+    /// Returns the UDP socket with this number.
     pub fn datagram(&self, n: i64) -> io::Result<&UdpSocket> {
         match self.all.get(&n) {
             Some(Socket::Datagram(socket)) => Ok(socket),
@@ -254,7 +255,7 @@ impl Sockets {
         }
     }
 
-    /// Accepts the next connection and returns the number of its socket.
+    /// Accepts the next connection of a listener and returns the number of the new socket.
     pub fn accept(&mut self, n: i64, patience: &Patience<'_>) -> io::Result<i64> {
         let Some(Socket::Listener(listener, seen)) = self.all.get_mut(&n) else { return Err(closed()) };
         let stream = match seen.take() {
@@ -263,14 +264,14 @@ impl Sockets {
         };
         Ok(self.keep(Socket::connected(stream)?))
     }
-    /// Receives from a connection into `out`; after an error, `out` keeps what was received before it.
+    /// Receives from a connection into `out`, which also holds the bytes received before an error.
     pub fn receive(&mut self, n: i64, want: Want, out: &mut Vec<u8>, patience: &Patience<'_>) -> io::Result<()> {
         if matches!(want, Want::Count(count) if count > 0 && out.len() >= count) {
             return Ok(());
         }
         self.stream(n)?.receive(want, out, patience)
     }
-    /// Receives a datagram, truncated to `most` bytes, and its sender.
+    /// Receives a datagram; returns its bytes, truncated to `most`, and the address of its sender.
     pub fn receive_from(
         &mut self,
         n: i64,
@@ -278,7 +279,7 @@ impl Sockets {
         patience: &Patience<'_>,
     ) -> io::Result<(Vec<u8>, Option<SocketAddr>)> {
         let socket = self.datagram(n)?;
-        // No datagram is longer than 64 KiB.
+        // A datagram has less than 64 KiB.
         let mut bytes = vec![0; most.min(1 << 16)];
         let (count, from) = match socket.peer_addr() {
             Ok(_) => (patience.until(|| socket.recv(&mut bytes))?, None),
@@ -287,7 +288,7 @@ impl Sockets {
         bytes.truncate(count);
         Ok((bytes, from))
     }
-    /// Sends bytes; returns how many were sent, and the error that stopped the rest.
+    /// Sends bytes; returns how many were sent, and the error that stopped the transfer.
     pub fn send(&mut self, n: i64, bytes: &[u8], patience: &Patience<'_>) -> (usize, io::Result<()>) {
         if let Ok(socket) = self.datagram(n) {
             let done = patience.until(|| socket.send(bytes));
@@ -311,11 +312,11 @@ impl Sockets {
             let _ = s.stream.shutdown(how);
         }
     }
-    /// Returns whether bytes were read from the system that no call has received yet.
+    /// Returns whether the receive buffer holds bytes that no call has returned yet.
     pub fn is_dirty(&mut self, n: i64) -> bool {
         self.stream(n).is_ok_and(|s| !s.buffer.is_empty())
     }
-    /// Returns the socket's own address, or its peer's.
+    /// Returns the local address of a socket, or its peer's address if `peer` is set.
     pub fn name(&self, n: i64, peer: bool) -> io::Result<SocketAddr> {
         let unconnected = || io::Error::other("Transport endpoint is not connected");
         match self.all.get(&n) {
@@ -328,7 +329,7 @@ impl Sockets {
             None => Err(io::Error::other("Bad file descriptor")),
         }
     }
-    /// Sets `tcp-nodelay` and `broadcast` as far as the system supports them; other options are ignored.
+    /// Sets the option `tcp-nodelay` or `broadcast`; other options are ignored.
     pub fn option(&self, n: i64, name: &str, on: bool) -> io::Result<()> {
         match (name, self.all.get(&n)) {
             ("tcp-nodelay", Some(Socket::Stream(s))) => s.stream.set_nodelay(on),
@@ -336,8 +337,8 @@ impl Sockets {
             _ => Ok(()),
         }
     }
-    /// Returns the sockets of two lists that can be read and written; waits until there is at least one. Sockets with
-    /// buffered bytes come first.
+    /// Waits until at least one socket of `read` can be read or one of `write` can be written; returns those that can.
+    /// Sockets with buffered bytes come first.
     pub fn select(&mut self, read: &[i64], write: &[i64], patience: &Patience<'_>) -> [Vec<i64>; 2] {
         loop {
             let mut pick = |list: &[i64], write: bool| {

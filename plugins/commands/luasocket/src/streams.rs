@@ -10,7 +10,7 @@ use crate::{
     sockets::{self, Patience, Want, words},
 };
 
-/// Delay of a thread after a refused connection attempt, before the thread resumes in the next step. A program that has
+/// Delay after a refused connection attempt of a script thread, which then resumes in the next step. A program that has
 /// just been started needs some time until it listens, and scripts retry immediately.
 const REFUSED: Duration = Duration::from_millis(20);
 
@@ -66,7 +66,7 @@ pub(crate) fn offer(offer: &mut Offer<LuaSocket>) {
             .param(timeout())
             .returns(Param::int("socket").optional().text("its number"))
             .returns(failure())
-            .text("Opens a TCP connection. If it is refused, a thread resumes in the next step.")
+            .text("Opens a TCP connection. If it is refused, a calling thread resumes in the next step.")
             .example("local n, e = luasocket.connect('127.0.0.1', 9, 1)\nassert(not n and e == 'permission denied')"),
     );
     offer.command(
@@ -75,7 +75,7 @@ pub(crate) fn offer(offer: &mut Offer<LuaSocket>) {
             Ok(or_wrong(done.map(|socket| vec![Value::Int(s.keep(socket))])))
         })
         .param(Param::string("host").text("`*`: any address of this machine"))
-        .param(Param::int("port").text("0: any free one"))
+        .param(Param::int("port").text("0: any free port"))
         .returns(Param::int("socket").optional().text("its number"))
         .returns(failure())
         .text("Listens for TCP connections.")
@@ -103,7 +103,7 @@ pub(crate) fn offer(offer: &mut Offer<LuaSocket>) {
             })
         })
         .param(socket())
-        .param(Param::any("what").text("\"*l\" a line, \"*a\" all until the end, or a number of bytes"))
+        .param(Param::any("what").text("\"*l\": a line; \"*a\": all until the other end closes; or a number of bytes"))
         .param(Param::string("prefix").text("data that was received before"))
         .param(timeout())
         .returns(Param::string("data").optional())
@@ -137,7 +137,7 @@ pub(crate) fn offer(offer: &mut Offer<LuaSocket>) {
         .param(timeout())
         .returns(Param::list("readable"))
         .returns(Param::list("writable"))
-        .text("Waits until one of some sockets can be read or written.")
+        .text("Waits until at least one of the given sockets can be read or written.")
         .example("local readable, writable = luasocket.select({}, {}, 0)"),
     );
     offer.command(
@@ -145,7 +145,7 @@ pub(crate) fn offer(offer: &mut Offer<LuaSocket>) {
             Ok(or_wrong(s.name(c.i64(0)?, c.arg(1).truthy()).map(|at| place(at).to_vec())))
         })
         .param(socket())
-        .param(Param::bool("peer").text("true: of the other end"))
+        .param(Param::bool("peer").text("true: the address of the other end"))
         .returns(Param::string("address").optional())
         .returns(Param::any("port").optional().text("or an error"))
         .text("Returns the address of a socket.")
@@ -155,14 +155,14 @@ pub(crate) fn offer(offer: &mut Offer<LuaSocket>) {
         command("luasocket.isDirty", |c, s, _| Ok(vec![Value::Bool(s.is_dirty(c.i64(0)?))]))
             .param(socket())
             .returns(Param::bool("dirty"))
-            .text("Returns whether bytes are waiting that were already read from the system.")
+            .text("Returns whether received bytes are buffered that no call has returned yet.")
             .example("assert(not luasocket.isDirty(0))"),
     );
     closing(offer);
 }
 
-/// Adds the command that closes a socket. It is not recorded as an input: a replay has no open socket, so closing does
-/// nothing there.
+/// Adds the command that closes a socket. Its calls are not recorded as inputs: a replay has no open sockets, so the
+/// command has no effect there.
 fn closing(offer: &mut Offer<LuaSocket>) {
     offer.command(
         Command::new("luasocket.close", |c| {
@@ -188,12 +188,12 @@ fn closing(offer: &mut Offer<LuaSocket>) {
         })
         .param(socket())
         .param(Param::string("how").text("send, receive or both"))
-        .text("Ends one or both directions of a connection.")
+        .text("Shuts down one or both directions of a connection.")
         .example("luasocket.shutdown(0, 'both')"),
     );
     offer.command(
         Command::new("luasocket.setOption", |c| {
-            // An option that the system refuses is ignored, as on most systems.
+            // An option that the system refuses is ignored, because `setoption` always reports success.
             let _ = open(c)?.option(c.i64(0)?, &c.text(1)?, c.arg(2).truthy());
             Ok(())
         })

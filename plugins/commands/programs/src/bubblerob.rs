@@ -16,17 +16,18 @@ use std::{
     time::Duration,
 };
 
-/// The name by which scripts start the program.
+/// File name under which scripts start the program.
 pub const NAME: &str = "bubbleRobServer";
 const HEADER: [u8; 2] = [59, 57];
-/// Speed of the wheels, rad/s.
+/// Forward speed of the wheels, rad/s.
 const SPEED: f32 = 7.0;
-/// Time for which the robot drives backwards after it has detected something, s.
+/// Duration of the backward motion after a detection, s.
 const BACK: f32 = 3.0;
 /// Interval at which the server checks whether its world still exists.
 const LOOK: Duration = Duration::from_millis(20);
 
-/// Listens on a port of this machine and serves the first client that connects, until `ends` is set; returns the port.
+/// Listens on `port` of 127.0.0.1 and serves the first client that connects, until `ends` is set. Returns the port,
+/// which the system chooses if `port` is 0.
 pub fn serve(port: u16, ends: Arc<AtomicBool>) -> io::Result<u16> {
     let listener = TcpListener::bind(("127.0.0.1", port))?;
     let port = listener.local_addr()?.port();
@@ -108,7 +109,7 @@ mod tests {
         text.split_whitespace().map(|b| u8::from_str_radix(b, 16).unwrap()).collect()
     }
 
-    /// The bytes were captured on the socket of the real program.
+    /// Compares with bytes that were captured on the socket of the original program.
     #[test]
     fn it_answers_as_the_program_does() {
         let port = serve(0, Arc::default()).unwrap();
@@ -126,14 +127,14 @@ mod tests {
             stream.read_exact(&mut answer).unwrap();
             assert_eq!(answer.to_vec(), hex(&format!("3b 39 08 00 00 00 {expected}")), "{data}");
         }
-        // A message in two packets, byte by byte.
+        // A message may be split into two packets, and may arrive byte by byte.
         for byte in hex("3b 39 04 00 01 00 00 00 00 00 3b 39 04 00 00 00 00 00 a0 40") {
             stream.write_all(&[byte]).unwrap();
         }
         let mut answer = [0; 14];
         stream.read_exact(&mut answer).unwrap();
         assert_eq!(answer[6..].to_vec(), hex("00 00 e0 40 00 00 e0 40"));
-        // These bytes are not a message, so the server closes the connection.
+        // The server must close the connection on bytes that are not a message.
         stream.write_all(b"GET / HTTP/1.1\r\n\r\n").unwrap();
         assert!(matches!(stream.read(&mut answer), Ok(0) | Err(_)));
     }

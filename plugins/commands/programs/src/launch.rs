@@ -14,14 +14,14 @@ use crate::{bubblerob, plugin::Programs};
 
 type Ctx<'a> = Call<'a, Programs>;
 
-/// Kind of these entries in the input log.
+/// Kind of this plugin's entries in the input log.
 const KIND: &str = "program";
 
 pub(crate) fn offer(offer: &mut Offer<Programs>) {
     offer.command(
         Command::new("sim.launchExecutable", |c: &mut Ctx<'_>| {
             if c.caller_script() == 0 {
-                return Err(Fail::unsupported("only scripts can start programs, not clients"));
+                return Err(Fail::unsupported("only scripts can start programs; remote clients cannot"));
             }
             let file = c.text(0)?;
             let args = match c.arg(1).as_f64() {
@@ -36,15 +36,18 @@ pub(crate) fn offer(offer: &mut Offer<Programs>) {
             Ok(())
         })
         .old_name("simLaunchExecutable", [Value::Int(-1)])
-        .param(Param::string("file").text("in the folder of the scene, or a path; `@name`: a command of the system"))
-        .param(Param::any("args").optional().text("a text that is separated at spaces, or a number"))
-        .param(Param::int("show").optional().text("without effect"))
-        .returns(Param::int("result").text("1; -1: it was not started"))
-        .text(
-            "Starts a program without waiting for it, if the run allows this: `--allow exec`. If `bubbleRobServer` \
-             does not exist, a built-in server answers in its place on the port given as its argument.",
+        .param(
+            Param::string("file")
+                .text("a file in the folder of the scene, or a path; `@name`: a command of the operating system"),
         )
-        .partial("Only if the person who starts the run allows it.")
+        .param(Param::any("args").optional().text("a text that is split at spaces, or a number"))
+        .param(Param::int("show").optional().text("without effect"))
+        .returns(Param::int("result").text("1; -1: the program was not started"))
+        .text(
+            "Starts a program without waiting for it, if the run is permitted to: `--allow exec`. If `bubbleRobServer` \
+             does not exist, a built-in server listens instead on the port given as the argument.",
+        )
+        .partial("Only if the run was started with `--allow exec`.")
         .example("assert(sim.launchExecutable('nowhere', 20000) == -1)"),
     );
 }
@@ -68,7 +71,7 @@ fn launch(c: &Ctx<'_>, file: &str, args: &str) -> bool {
                 return true;
             }
             Err(e) => {
-                tell(TATU_LOG_WARNING, format!("{} cannot be started: {e}", program.display()));
+                tell(TATU_LOG_WARNING, format!("the program {} cannot be started: {e}", program.display()));
                 return false;
             }
         }
@@ -79,21 +82,22 @@ fn launch(c: &Ctx<'_>, file: &str, args: &str) -> bool {
         if may_start || allow.split(',').any(|a| a == place || a == "net=127.0.0.1:*" || a == "net=*:*") {
             return match bubblerob::serve(port, c.instance().0.clone()) {
                 Ok(_) => {
-                    let what = format!("{file} is not started: a built-in server answers on 127.0.0.1:{port}");
+                    let what = format!("{file} does not exist; the built-in substitute listens on 127.0.0.1:{port}");
                     tell(TATU_LOG_INFO, what);
                     true
                 }
                 Err(e) => {
-                    tell(TATU_LOG_WARNING, format!("the built-in {file} cannot listen on 127.0.0.1:{port}: {e}"));
+                    let what = format!("the built-in substitute for {file} cannot listen on 127.0.0.1:{port}: {e}");
+                    tell(TATU_LOG_WARNING, what);
                     false
                 }
             };
         }
     }
     let why = match program {
-        Some(_) => "that is not allowed; to allow it: --allow exec".to_owned(),
+        Some(_) => "the run may not start programs; to allow it, pass `--allow exec`".to_owned(),
         None => format!("there is no such file in {}", folder.display()),
     };
-    tell(TATU_LOG_WARNING, format!("a script wants to start the program {file}: {why}"));
+    tell(TATU_LOG_WARNING, format!("the program {file}, requested by a script, was not started: {why}"));
     false
 }

@@ -1,6 +1,7 @@
-//! Programs that scripts start, where the user allows it; and a substitute for one that comes with a tutorial.
+//! Lets scripts start external programs if the user allows it, and substitutes the server of a V-REP tutorial.
 //!
-//! - `launch`: `sim.launchExecutable`; `bubblerob`: the server program of V-REP's BubbleRob.
+//! - `launch`: the command `sim.launchExecutable`;
+//! - `bubblerob`: the server program of V-REP's BubbleRob tutorial.
 
 mod bubblerob;
 mod launch;
@@ -31,7 +32,7 @@ impl PerWorld for Programs {
     }
 
     const STATE_VERSION: u32 = 1;
-    /// Saves nothing: programs that run outside are not part of the world.
+    /// Saves nothing, because external programs are not part of the world.
     fn save(_: &Running) -> Result<Vec<u8>> {
         Ok(Vec::new())
     }
@@ -43,7 +44,7 @@ impl PerWorld for Programs {
 tatu_plugin! {
     plugin: Programs,
     id: "tatu.commands.programs",
-    name: "Programs that scripts start",
+    name: "Programs started by scripts",
     version: env!("CARGO_PKG_VERSION"),
     licence: "MIT OR Apache-2.0",
 }

@@ -7,7 +7,7 @@ use std::sync::{
 
 use tatu_plugin_api::safe::Prop;
 
-/// The plugin.
+/// The plugin: the properties that determine what a script may start.
 pub struct Programs {
     pub(crate) allow: Prop,
     pub(crate) file: Prop,

@@ -11,7 +11,8 @@ use crate::{
 /// The actions that `tatu.actOnWindow` accepts.
 const WHAT: &[&str] = &["click", "change", "close", "link", "select"];
 
-/// Calls the function that a widget names for an event, with the window and the widget's id as the first arguments.
+/// Calls the script function that a widget names for an event, with the window's number and the widget's id as the
+/// first arguments.
 fn call(c: &Ctx<'_>, (window, n): (i64, usize), event: &str, rest: &[Json]) -> Result {
     let (script, id, function) = {
         let mut all = all(c)?;
@@ -31,7 +32,7 @@ fn call(c: &Ctx<'_>, (window, n): (i64, usize), event: &str, rest: &[Json]) -> R
     c.world().call_function(script, &function, &args).map(|_| ())
 }
 
-/// Calls the function that a widget names in `on-change`.
+/// Calls the script function that a widget names in `on-change`.
 pub(crate) fn call_back(c: &Ctx<'_>, at: (i64, usize), rest: &[Json]) -> Result {
     call(c, at, "on-change", rest)
 }
@@ -43,7 +44,7 @@ fn act(c: &mut Ctx<'_>) -> Result {
         let mut all = all(c)?;
         let of = all.of(window)?;
         let n = usize::try_from(n).ok().filter(|n| *n < of.nodes.len());
-        let n = n.ok_or_else(|| Fail::missing("the window has no widget with this number"))?;
+        let n = n.ok_or_else(|| Fail::missing("the window has no widget with this index"))?;
         let mut at = Some(n);
         while let Some(n) = at {
             if of.nodes[n].values.get("enabled") == Some(&json!(false)) {
@@ -116,7 +117,7 @@ fn act(c: &mut Ctx<'_>) -> Result {
             set(c, at, &[("visible", json!(false))])?;
             call(c, at, "on-close", &[])
         }
-        _ => Err(Fail::argument(format!("a {element} has no action `{what}`"))),
+        _ => Err(Fail::argument(format!("a widget <{element}> has no action `{what}`"))),
     }
 }
 
@@ -126,9 +127,9 @@ pub(crate) fn offer(offer: &mut Offer<SimUi>) {
             .param(Param::int("window").text("its number"))
             .param(Param::int("n").text("the index of the widget; 0: the window itself"))
             .param(Param::string("what").choices(WHAT))
-            .param(Param::any("value").optional().text("change: the new value; link: the link; select: the row"))
-            .text("Performs a user's action on a window of a script; the script's callback is called.")
-            .notes("Called by views. The event `ui.window` and `tatu.windows` contain the indices of widgets.")
+            .param(Param::any("value").optional().text("change: the new value; link: its target; select: the row"))
+            .text("Performs a user's action on a window of a script, and calls the script's callback.")
+            .notes("Called by views. The widgets' indices are those in the event `ui.window` and in `tatu.windows`.")
             .example(
                 "function moved(ui, id, x) seen = {id, x} end\n\
                  local ui = simUI.create('<ui><hslider id=\"7\" maximum=\"10\" on-change=\"moved\"/></ui>')\n\
@@ -151,7 +152,7 @@ pub(crate) fn offer(offer: &mut Offer<SimUi>) {
             c.ret(value(&Json::Array(trees)));
             Ok(())
         })
-        .returns(Param::any("windows").text("a table for each: window, act, widgets, as in the event `ui.window`"))
+        .returns(Param::any("windows").text("a table per window: window, act, widgets, as in the event `ui.window`"))
         .text("Lists the windows that scripts opened.")
         .example("simUI.create('<ui title=\"A\"/>')\nassert(#tatu.windows() > 0)"),
     );

@@ -9,7 +9,7 @@ use crate::{
     window::{all, get, set, widget},
 };
 
-/// The type of a value.
+/// The type of a field's value.
 #[derive(Clone, Copy, PartialEq)]
 enum Holds {
     Text,
@@ -20,9 +20,9 @@ enum Holds {
 use Holds::*;
 
 struct Field {
-    /// The part of the name after `simUI.set` and `simUI.get`.
+    /// The part of the command names after `simUI.set` and `simUI.get`.
     name: &'static str,
-    /// Elements that have this value; if empty, all have it.
+    /// Elements that have this value; empty: all elements.
     of: &'static [&'static str],
     key: &'static str,
     holds: Holds,
@@ -43,7 +43,7 @@ const fn field(
     Field { name, of, key, holds, gets, text, element, sample }
 }
 
-/// Returns what a field is, as a part of a sentence.
+/// Returns the description of a field as the object of a sentence such as "Sets ...".
 fn phrase(f: &Field) -> String {
     if f.text.starts_with("whether ") { f.text.to_owned() } else { format!("the {}", f.text) }
 }
@@ -59,7 +59,7 @@ const FIELDS: &[Field] = &[
         "CheckboxValue",
         &["checkbox"],
         ("checked", Int, true),
-        "state of a check box: 0 off, 1 partly, 2 on",
+        "state of a check box: 0 off, 1 partially checked, 2 on",
         ("checkbox", "2"),
     ),
     field(
@@ -74,7 +74,7 @@ const FIELDS: &[Field] = &[
         "ButtonPressed",
         &["button"],
         ("checked", Truth, false),
-        "state of a button that stays pressed",
+        "pressed state of a checkable button",
         ("button", "true"),
     ),
     field("CurrentTab", &["tabs"], ("current", Int, true), "selected tab, from 0", ("tabs", "0")),
@@ -95,7 +95,7 @@ fn check(c: &Ctx<'_>, at: (i64, usize), f: &Field) -> Result {
     if f.of.is_empty() || f.of.contains(&element.as_str()) {
         return Ok(());
     }
-    Err(Fail::argument(format!("this value exists only for {}, not for a {element}", f.of.join(" or "))))
+    Err(Fail::argument(format!("only elements of type {} have this value, not {element}", f.of.join(" or "))))
 }
 
 fn put(c: &mut Ctx<'_>, f: &'static Field) -> Result {
@@ -108,7 +108,7 @@ fn put(c: &mut Ctx<'_>, f: &'static Field) -> Result {
         Float => json!(c.f64(2)?),
     };
     set(c, at, &[(f.key, value.clone())])?;
-    // Changes made by scripts trigger the callback only if the script requests it.
+    // A change made by a script triggers the callback only if the script requests it by `suppressEvents = false`.
     if c.has(3) && !c.arg(3).truthy() && f.gets {
         acts::call_back(c, at, &[value])?;
     }
@@ -150,7 +150,7 @@ pub(crate) fn offer(offer: &mut Offer<SimUi>) {
                     Param::any("suppressEvents")
                         .default(true)
                         .optional()
-                        .text("false: the script's callback is called"),
+                        .text("false: the script's callback is called, too"),
                 )
                 .returns(Param::int("done"))
                 .text(format!("Sets {}.", phrase(f)))

@@ -1,8 +1,8 @@
-//! Windows that scripts describe in XML: `simUI.create` and its family. The content of windows is kept here; views
-//! receive it in the event `ui.window`, show it, and report user actions by `tatu.actOnWindow`.
+//! Windows that scripts describe in XML: `simUI.create` and the other `simUI` commands. This plugin stores the content
+//! of windows; views receive it in the event `ui.window`, display it, and report user actions by `tatu.actOnWindow`.
 //!
-//! - `xml`: parses the description; `window`: the content of windows (`node`: their parts) and the event; `acts`: user
-//!   actions, and callbacks into scripts;
+//! - `xml`: parses the description; `window`: the content of windows (`node`: their elements) and the event; `acts`:
+//!   user actions, and callbacks into scripts;
 //! - `program`: whole windows; `fields`: single values of widgets; `lists`: combo boxes, tables and trees; `plots`:
 //!   curves and images; `svg`: drawings;
 //! - `neutral`: commands that are accepted and do nothing.
@@ -26,7 +26,7 @@ use tatu_plugin_api::{
     tatu_plugin,
 };
 
-/// The version from which old names raise errors as all other commands do.
+/// The V-REP version from which commands called by old names raise errors instead of returning -1 or nil.
 const OLD_NAMES_RAISE: &str = "4.2";
 
 impl Plugin for SimUi {
@@ -49,12 +49,14 @@ impl Plugin for SimUi {
                 .text("A window was opened, changed or closed.")
                 .field(Param::int("window").text("its number"))
                 .field(Param::string("act").text("the command that reports a user's action on it"))
-                .field(Param::list("widgets").optional().text(
-                    "opened: of each widget a map: element, values, and above, the place in this list of the one that holds it",
-                ))
-                .field(Param::int("n").optional().text("changed: the place of the widget"))
-                .field(Param::bool("asks").optional().text("opened: it waits for an answer where a view attends to it"))
-                .field(Param::map("set").optional().text("changed: what it holds now"))
+                .field(
+                    Param::list("widgets").optional().text(
+                        "opened: a map per widget: element, values, and above (the index of the containing widget)",
+                    ),
+                )
+                .field(Param::int("n").optional().text("changed: the index of the widget"))
+                .field(Param::bool("asks").optional().text("opened: the script waits for the user's answer"))
+                .field(Param::map("set").optional().text("changed: the new values"))
                 .field(Param::bool("closed").optional().text("closed")),
         );
     }
@@ -80,7 +82,7 @@ impl PerWorld for SimUi {
     fn load(world: &window::Windows, bytes: &[u8], version: u32) -> Result<()> {
         if version != Self::STATE_VERSION {
             return Err(Fail::unsupported(format!(
-                "its windows were saved in format version {version}; this program reads version {}",
+                "the windows were saved in format version {version}; this program reads version {}",
                 Self::STATE_VERSION
             )));
         }
@@ -94,7 +96,7 @@ impl PerWorld for SimUi {
 tatu_plugin! {
     plugin: SimUi,
     id: "tatu.commands.simui",
-    name: "Windows of scripts",
+    name: "Script windows",
     version: env!("CARGO_PKG_VERSION"),
     licence: "MIT OR Apache-2.0",
 }

@@ -8,7 +8,7 @@ use crate::{
     window::{get, set, value, widget},
 };
 
-/// Most rows, columns or entries of a widget.
+/// Maximum number of rows, columns or entries of a widget.
 const MOST: usize = 10_000;
 
 fn list(json: Json) -> Vec<Json> {
@@ -33,7 +33,7 @@ fn texts(c: &Ctx<'_>, i: usize) -> Vec<Json> {
     }
 }
 
-/// Returns argument `i` as an index among `len` entries, from 0.
+/// Returns argument `i` as a zero-based index into `len` entries.
 fn place(c: &Ctx<'_>, i: usize, len: usize) -> Result<usize> {
     let at = c.i64(i)?;
     let found = usize::try_from(at).ok().filter(|at| *at < len);
@@ -42,7 +42,8 @@ fn place(c: &Ctx<'_>, i: usize, len: usize) -> Result<usize> {
 
 fn count(c: &Ctx<'_>, i: usize) -> Result<usize> {
     let n = c.i64(i)?;
-    usize::try_from(n).ok().filter(|n| *n <= MOST).ok_or_else(|| Fail::argument(format!("{n}: expected 0 to {MOST}")))
+    let wrong = || Fail::argument(format!("argument {}: expected 0 to {MOST}, found {n}", i + 1));
+    usize::try_from(n).ok().filter(|n| *n <= MOST).ok_or_else(wrong)
 }
 
 fn done(c: &mut Ctx<'_>) -> Result {
@@ -50,7 +51,7 @@ fn done(c: &mut Ctx<'_>) -> Result {
     Ok(())
 }
 
-/// Changes the list that a widget stores under a key.
+/// Applies `f` to the list that a widget stores under a key, and publishes the change.
 fn change(c: &mut Ctx<'_>, key: &str, f: impl FnOnce(&Ctx<'_>, &mut Vec<Json>) -> Result) -> Result {
     let at = widget(c)?;
     let mut all = list(get(c, at, key)?);
@@ -59,7 +60,7 @@ fn change(c: &mut Ctx<'_>, key: &str, f: impl FnOnce(&Ctx<'_>, &mut Vec<Json>) -
     done(c)
 }
 
-/// Returns the cell at a row and column of a table.
+/// Returns the cell of a table in a row and column, if both exist.
 fn cells(rows: &mut [Json], row: usize, column: usize) -> Option<&mut Json> {
     let Json::Array(cells) = rows.get_mut(row)? else { return None };
     cells.get_mut(column)
@@ -118,7 +119,7 @@ fn boxes(add: &mut Adds<'_>) {
     add.set(
         "simUI.setComboboxItems",
         &[Param::any("items").text("texts"), Param::int("index").default(0).optional()],
-        "Sets the entries of a combo box, and the selected one.",
+        "Sets the entries of a combo box, and selects one of them.",
         format!(
             "{BOX}simUI.setComboboxItems(ui, 1, {{'a', 'b', 'c'}}, 2)\nassert(simUI.getComboboxItemCount(ui, 1) == 3)"
         ),
@@ -139,7 +140,7 @@ fn boxes(add: &mut Adds<'_>) {
         |c| {
             change(c, "items", |c, items| {
                 if items.len() >= MOST {
-                    return Err(Fail::argument(format!("a box has {MOST} entries at most")));
+                    return Err(Fail::argument(format!("a combo box may have at most {MOST} entries")));
                 }
                 let at = usize::try_from(c.i64(2)?).unwrap_or(0).min(items.len());
                 items.insert(at, json!(c.text(3)?));
@@ -223,7 +224,7 @@ fn tables(add: &mut Adds<'_>) {
             let at = widget(c)?;
             let (n, mut rows, mut headers) = (count(c, 2)?, list(get(c, at, "rows")?), list(get(c, at, "headers")?));
             if rows.len().saturating_mul(n) > MOST * 10 {
-                return Err(Fail::argument(format!("a table has {} cells at most", MOST * 10)));
+                return Err(Fail::argument(format!("a table may have at most {} cells", MOST * 10)));
             }
             rows.iter_mut().filter_map(Json::as_array_mut).for_each(|r| r.resize(n, json!("")));
             headers.resize(n, json!(""));
@@ -253,7 +254,7 @@ fn tables(add: &mut Adds<'_>) {
     add.set(
         "simUI.setItem",
         &[row(), column(), Param::string("text")],
-        "Writes into a cell of a table.",
+        "Sets the text of a cell of a table.",
         format!("{TABLE}simUI.setItem(ui, 1, 0, 2, 'x')\nassert(simUI.getItem(ui, 1, 0, 2) == 'x')"),
         |c| {
             change(c, "rows", |c, rows| {
@@ -270,7 +271,7 @@ fn tables(add: &mut Adds<'_>) {
         "simUI.getItem",
         &[row(), column()],
         Param::string("text"),
-        "Reads a cell of a table.",
+        "Returns the text of a cell of a table.",
         format!("{TABLE}assert(simUI.getItem(ui, 1, 1, 0) == '')"),
         |c| {
             let (mut rows, row, column) = (list(get(c, widget(c)?, "rows")?), count(c, 2)?, count(c, 3)?);
@@ -297,7 +298,7 @@ fn tables(add: &mut Adds<'_>) {
 }
 
 fn trees(add: &mut Adds<'_>) {
-    let item = || Param::int("item").text("its number, of the script's choice");
+    let item = || Param::int("item").text("its number, chosen by the script");
     add.set(
         "simUI.addTreeItem",
         &[
@@ -311,7 +312,7 @@ fn trees(add: &mut Adds<'_>) {
         |c| {
             change(c, "rows", |c, rows| {
                 if rows.len() >= MOST {
-                    return Err(Fail::argument(format!("a tree has {MOST} items at most")));
+                    return Err(Fail::argument(format!("a tree may have at most {MOST} items")));
                 }
                 let above = if c.has(4) { c.i64(4)? } else { 0 };
                 rows.push(json!({

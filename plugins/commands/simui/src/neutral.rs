@@ -1,4 +1,4 @@
-//! Commands that are accepted and do nothing, and the constants.
+//! Commands that are accepted but have no effect, and the constants.
 
 use tatu_commands_common::{
     Gives::{self, *},
@@ -8,9 +8,9 @@ use tatu_plugin_api::safe::{Constant, Offer, Value};
 
 use crate::plugin::{SimUi, old_name};
 
-const ASKS: &str = "no user is asked: the answer is yes, or the previous value";
+const ASKS: &str = "no dialog is shown: the answer is always yes, or the previous value";
 const LOOKS: &str = "views lay out windows automatically";
-const RARE: &str = "this element is not shown";
+const RARE: &str = "this element is not supported";
 
 const STUBS: &[(&str, Gives, &str)] = &[
     ("simUI.msgBox", Int(2), ASKS),
@@ -58,7 +58,7 @@ const STUBS: &[(&str, Gives, &str)] = &[
     ("simUI.setPropertiesSelection", Nothing, RARE),
 ];
 
-/// Curve markers and their numbers.
+/// Names and numbers of curve markers.
 const SCATTER: &[(&str, i64)] = &[
     ("none", 0),
     ("dot", 1),

@@ -8,17 +8,17 @@ use crate::{
     window::{EVENT, all, get, set, tell, widget},
 };
 
-/// Points kept per curve where a plot does not set `max-buffer-size`.
+/// Maximum number of points per curve if a plot does not set `max-buffer-size`.
 const POINTS: usize = 1000;
 const MOST_POINTS: usize = 100_000;
 const MOST_CURVES: usize = 50;
-/// Most pixels of an image.
+/// Maximum number of pixels of an image.
 const MOST_PIXELS: usize = 1 << 21;
 
 const PLOT: &str =
     "local ui = simUI.create('<ui><plot id=\"1\"/></ui>')\nsimUI.addCurve(ui, 1, 0, 'v', {200, 0, 0}, 1, {})\n";
 
-/// Changes the curves of a plot; views receive them when the script calls `simUI.replot`.
+/// Applies `f` to the curves of a plot; views receive them when the script calls `simUI.replot`.
 fn curves(c: &mut Ctx<'_>, f: impl FnOnce(&Ctx<'_>, &mut Vec<Json>, usize) -> Result) -> Result {
     let (window, n) = widget(c)?;
     let mut held = match get(c, (window, n), "curves")? {
@@ -45,7 +45,7 @@ fn points(c: &mut Ctx<'_>, xs: usize) -> Result {
         let (x, y) = (numbers(xs), numbers(xs + 1));
         if x.len() != y.len() {
             return Err(Fail::argument(format!(
-                "{} x values and {} y values: expected as many of both",
+                "{} x values and {} y values: expected equal numbers",
                 x.len(),
                 y.len()
             )));
@@ -68,7 +68,7 @@ pub(crate) fn offer(offer: &mut Offer<SimUi>) {
         both("simUI.addCurve", MINUS, |c| {
             curves(c, |c, all, _| {
                 if all.len() >= MOST_CURVES {
-                    return Err(Fail::argument(format!("a plot has {MOST_CURVES} curves at most")));
+                    return Err(Fail::argument(format!("a plot may have at most {MOST_CURVES} curves")));
                 }
                 let name = c.text(3)?;
                 let color: Vec<f64> = c.arg(4).numbers().unwrap_or_else(|| vec![200.0, 0.0, 0.0]);
@@ -98,7 +98,7 @@ pub(crate) fn offer(offer: &mut Offer<SimUi>) {
             .param(Param::any("times").unit("s"))
             .param(Param::any("values"))
             .returns(Param::int("done"))
-            .text("Adds points to a curve over time; they become visible when the curve is plotted again.")
+            .text("Adds points to a curve over time; `simUI.replot` shows them.")
             .example(format!("{PLOT}simUI.addCurveTimePoints(ui, 1, 'v', {{0, 1}}, {{2, 3}})\nsimUI.replot(ui, 1)")),
     );
     offer.command(
@@ -106,11 +106,11 @@ pub(crate) fn offer(offer: &mut Offer<SimUi>) {
             .param(window())
             .param(plot())
             .param(curve())
-            .param(Param::any("order").text("ignored: points are joined as they come"))
+            .param(Param::any("order").text("ignored: points are joined in the order in which they were added"))
             .param(Param::any("x"))
             .param(Param::any("y"))
             .returns(Param::int("done"))
-            .text("Adds points to a curve in a plane; they become visible when the curve is plotted again.")
+            .text("Adds points to an xy curve; `simUI.replot` shows them.")
             .example(format!("{PLOT}simUI.addCurveXYPoints(ui, 1, 'v', {{1}}, {{0}}, {{2}})")),
     );
     for (name, gone) in [("simUI.clearCurve", false), ("simUI.removeCurve", true)] {
@@ -143,7 +143,7 @@ pub(crate) fn offer(offer: &mut Offer<SimUi>) {
         .param(window())
         .param(plot())
         .returns(Param::int("done"))
-        .text("Shows the current points of curves.")
+        .text("Shows the current points of all curves of a plot.")
         .example(format!("{PLOT}simUI.replot(ui, 1)")),
     );
     offer.command(
@@ -153,12 +153,12 @@ pub(crate) fn offer(offer: &mut Offer<SimUi>) {
             let pixels = (width.max(0) as usize).saturating_mul(height.max(0) as usize);
             if pixels == 0 || pixels > MOST_PIXELS || data.len() != pixels * 3 {
                 return Err(Fail::argument(format!(
-                    "an image of {width} x {height} has {} bytes, {} are given; {MOST_PIXELS} pixels at most",
+                    "an image of {width} x {height} pixels needs {} bytes, found {}; at most {MOST_PIXELS} pixels",
                     pixels.saturating_mul(3),
                     data.len()
                 )));
             }
-            // Bytes cannot be part of JSON text: the event carries them in a separate field, and they are not saved.
+            // JSON text cannot contain bytes, so the event carries the pixels separately, and they are not saved.
             set(c, at, &[("columns", json!(width)), ("rows", json!(height))])?;
             let map = |entries: [(&str, Value); 4]| Value::Map(entries.map(|(k, v)| (Value::text(k), v)).into());
             let pixels = Value::Map(vec![(Value::text("pixels"), Value::Bytes(data.to_vec()))]);
@@ -176,7 +176,7 @@ pub(crate) fn offer(offer: &mut Offer<SimUi>) {
         })
         .param(window())
         .param(Param::any("image").text("its id"))
-        .param(Param::string("data").text("red, green, blue of each pixel, the upper row first"))
+        .param(Param::string("data").text("red, green and blue bytes of each pixel, top row first"))
         .param(Param::int("width"))
         .param(Param::int("height"))
         .returns(Param::int("done"))

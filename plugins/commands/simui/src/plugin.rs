@@ -3,7 +3,7 @@
 pub(crate) use tatu_commands_common::{MINUS, NIL};
 use tatu_plugin_api::safe::{Call, Command, IntoResult, Result, Value};
 
-/// The plugin.
+/// The plugin; its state per world is `window::Windows`.
 pub struct SimUi;
 
 /// A call of one of this plugin's commands.
@@ -11,7 +11,7 @@ pub(crate) type Ctx<'a> = Call<'a, SimUi>;
 /// A command of this plugin.
 pub(crate) type Cmd = Command<SimUi>;
 
-/// Builds a command under its current name and the name it had before version 3.5.
+/// Builds a command with its current name and the name that it had before V-REP 3.5.
 pub(crate) fn both<T: IntoResult + 'static>(
     name: &str,
     on_error: [Value; 1],
@@ -19,7 +19,7 @@ pub(crate) fn both<T: IntoResult + 'static>(
 ) -> Cmd {
     Cmd::new(name, f).old_name(old_name(name), on_error)
 }
-/// Returns the name of a command before version 3.5.
+/// Returns the name that a command had before V-REP 3.5.
 pub(crate) fn old_name(name: &str) -> String {
     name.replace("simUI.", "simExtCustomUI_")
 }

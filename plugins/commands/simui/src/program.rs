@@ -1,4 +1,4 @@
-//! Commands on whole windows.
+//! Commands that open, close and change whole windows.
 
 use serde_json::json;
 use tatu_plugin_api::safe::{Offer, Param, Result};
@@ -10,7 +10,7 @@ use crate::{
     xml,
 };
 
-/// First lines of the examples.
+/// Beginning of the examples: opens a window.
 const MADE: &str = "local ui = simUI.create('<ui title=\"Drive\"><label id=\"1\" text=\"slow\"/></ui>')\n";
 
 fn which() -> Param {
@@ -33,11 +33,9 @@ pub(crate) fn offer(offer: &mut Offer<SimUi>) {
             c.ret(made);
             Ok(())
         })
-        .param(Param::string("xml").text("one <ui> with its widgets"))
+        .param(Param::string("xml").text("an element <ui> that contains the widgets"))
         .returns(which())
-        .text(
-            "Opens a window that is described in XML; a view shows it, and callbacks go to the script that opened it.",
-        )
+        .text("Opens a window described in XML. Views show it, and its callbacks are functions of the calling script.")
         .notes(
             "Elements: ui, label, group, button, hslider, vslider, checkbox, radiobutton, spinbox, edit, progressbar, \
              combobox, tabs and tab, table, tree, image, svg, plot, text-browser, br, stretch.",
@@ -148,7 +146,7 @@ pub(crate) fn offer(offer: &mut Offer<SimUi>) {
             .param(which())
             .returns(Param::int(keys[0]).unit("px"))
             .returns(Param::int(keys[1]).unit("px"))
-            .text(format!("Returns the {what} of a window that a script has set, or 0."))
+            .text(format!("Returns the {what} that a script has set for a window; 0 if it was not set."))
             .example(format!("{MADE}local a, b = {get_name}(ui)\nassert(a == 0 and b == 0)")),
         );
     }

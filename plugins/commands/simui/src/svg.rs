@@ -13,7 +13,7 @@ use crate::{
     window::{all, set, widget},
 };
 
-/// Longest drawing that is accepted.
+/// Maximum length of a drawing, in bytes.
 const MOST_BYTES: usize = 4 << 20;
 
 /// Returns a drawing as text. If it is not valid SVG, the text is empty, so that nothing is shown.
@@ -49,7 +49,7 @@ fn read_file(c: &Ctx<'_>, name: &[u8]) -> Result<String> {
     read(&c.world().read_file(name, MOST_BYTES as u64)?)
 }
 
-/// Reads the drawing files that a description names; a file that cannot be read is reported and shown empty.
+/// Reads the SVG files that a description names. A file that cannot be read is reported, and its element stays empty.
 pub(crate) fn load(c: &Ctx<'_>, nodes: &mut [Node]) {
     for node in nodes.iter_mut().filter(|n| n.element == "svg") {
         let Some(name) = node.values.get("file").and_then(Json::as_str) else { continue };
@@ -62,7 +62,7 @@ pub(crate) fn load(c: &Ctx<'_>, nodes: &mut [Node]) {
     }
 }
 
-/// Returns the window and drawing that arguments 0 and 1 name.
+/// Returns the window and the `<svg>` element that arguments 0 and 1 identify.
 fn drawing(c: &Ctx<'_>) -> Result<(i64, usize)> {
     let (window, n) = widget(c)?;
     let element = all(c)?.of(window)?.nodes[n].element.clone();
@@ -90,7 +90,7 @@ pub(crate) fn offer(offer: &mut Offer<SimUi>) {
                 Param::string("data").text("the drawing as text")
             })
             .returns(Param::int("done"))
-            .text("Shows a drawing in SVG; invalid SVG is not shown.")
+            .text("Shows an SVG drawing; if it is invalid, nothing is shown.")
             .example(if from_file {
                 "local ui = simUI.create('<ui><svg id=\"1\"/><label id=\"2\"/></ui>')\n\
                  assert(not pcall(simUI.svgLoadFile, ui, 1, 'nowhere.svg'))\n\

@@ -19,13 +19,13 @@ use crate::{
 
 /// Published when a window was opened, changed or closed.
 pub(crate) const EVENT: &str = "ui.window";
-/// Most windows open at a time.
+/// Maximum number of open windows.
 const MOST_WINDOWS: usize = 200;
 
-/// A window.
+/// An open window, shown or hidden.
 #[derive(Serialize, Deserialize)]
 pub(crate) struct Window {
-    /// The script that opened the window; its callbacks are called.
+    /// The script that opened the window and contains its callbacks.
     pub(crate) script: tatu_object,
     pub(crate) nodes: Vec<Node>,
 }
@@ -37,7 +37,7 @@ pub(crate) struct All {
     made: i64,
 }
 
-/// The windows of a world. Commands can call each other: borrow briefly, never across a call to the host.
+/// The windows of a world. Commands can call each other, so a borrow must not be held across a call to the host.
 #[derive(Default)]
 pub struct Windows(pub(crate) RefCell<All>);
 
@@ -47,7 +47,7 @@ impl Window {
         let found = (0..self.nodes.len()).find(|n| self.nodes[*n].id == id && !id.is_empty());
         found.ok_or_else(|| Fail::missing(format!("the window has no widget {id}")))
     }
-    /// Returns the widgets as views receive them.
+    /// Returns the widgets in the form that views receive.
     pub(crate) fn widgets(&self) -> Json {
         let one = |node: &Node| json!({ "element": node.element, "above": node.above, "values": node.values });
         self.nodes.iter().map(one).collect()
@@ -79,7 +79,7 @@ impl Windows {
             self.all()?.open.remove(window);
             publish(world, json!({ "window": window, "closed": true }))?;
         }
-        // The next run must number its windows in the same way as this one.
+        // Numbering restarts, so that the next run numbers its windows like this one.
         let mut all = self.all()?;
         all.made = all.open.keys().next_back().copied().unwrap_or(0);
         Ok(())
@@ -91,12 +91,12 @@ pub(crate) fn all<'a>(c: &Ctx<'a>) -> Result<RefMut<'a, All>> {
     c.instance().all()
 }
 
-/// Returns the window that argument 0 names.
+/// Returns the window number in argument 0.
 pub(crate) fn window(c: &Ctx<'_>) -> Result<i64> {
     c.i64(0)
 }
 
-/// Returns the window and the widget that arguments 0 and 1 name.
+/// Returns the window number in argument 0, and the index of the widget whose id is argument 1.
 pub(crate) fn widget(c: &Ctx<'_>) -> Result<(i64, usize)> {
     let window = c.i64(0)?;
     let id = match c.arg(1).as_str() {
@@ -107,12 +107,12 @@ pub(crate) fn widget(c: &Ctx<'_>) -> Result<(i64, usize)> {
     Ok((window, n))
 }
 
-/// Returns the value of a widget under a key, or null if there is none.
+/// Returns the value that a widget stores under a key, or null if it has none.
 pub(crate) fn get(c: &Ctx<'_>, (window, n): (i64, usize), key: &str) -> Result<Json> {
     Ok(all(c)?.of(window)?.nodes[n].values.get(key).cloned().unwrap_or_default())
 }
 
-/// Changes values of a widget, and publishes the change.
+/// Sets values of a widget, and publishes those that changed.
 pub(crate) fn set(c: &Ctx<'_>, (window, n): (i64, usize), entries: &[(&str, Json)]) -> Result {
     let mut changed = Values::new();
     {
@@ -144,7 +144,7 @@ pub(crate) fn opened(c: &Ctx<'_>, window: i64) -> Result {
     tell(c, json!({ "window": window, "widgets": widgets }))
 }
 
-/// Converts JSON to a value for a view or a script.
+/// Converts JSON to a value for events and scripts.
 pub(crate) fn value(json: &Json) -> Value {
     match json {
         Json::Null => Value::Nil,

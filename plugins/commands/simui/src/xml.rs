@@ -6,13 +6,13 @@ use xml::{EmitterConfig, EventWriter, ParserConfig, common::Position, reader::Xm
 
 use crate::node::Node;
 
-/// Longest description that is accepted, in bytes.
+/// Maximum length of a description, in bytes.
 const MOST_BYTES: usize = 1 << 20;
-/// Limits on the nesting and the number of elements.
+/// Maximum nesting depth; below, the maximum number of elements.
 const MOST_DEPTH: usize = 64;
 const MOST_NODES: usize = 5000;
 
-/// Attributes that are numbers; the next list holds those that are booleans; all others are texts.
+/// Attributes with numeric values. Those in `TRUTHS` are booleans, all others texts.
 const NUMBERS: &[&str] =
     &["minimum", "maximum", "step", "tick-interval", "max-buffer-size", "auto-repeat-interval", "width", "height"];
 const TRUTHS: &[&str] = &[
@@ -51,12 +51,13 @@ pub(crate) fn read(text: &str) -> Result<Vec<Node>> {
     let text = escaped(text.trim_start());
     let mut reader = config.add_entity("nbsp", "\u{a0}").create_reader(text.as_bytes());
     let (mut nodes, mut open): (Vec<Node>, Vec<usize>) = (Vec::new(), Vec::new());
-    // A drawing in a widget is kept as it was written.
+    // The content of an `<svg>` widget is stored as text, not parsed into nodes.
     let mut drawing: Option<Drawing> = None;
     loop {
         let event = reader.next();
         let line = reader.position().row + 1;
-        let event = event.map_err(|e| Fail::argument(format!("line {line} of the window: not XML: {}", e.msg())))?;
+        let event =
+            event.map_err(|e| Fail::argument(format!("line {line} of the window: invalid XML: {}", e.msg())))?;
         let within = open.last().is_some_and(|n| nodes[*n].element == "svg");
         if within && (drawing.is_some() || matches!(event, XmlEvent::StartElement { .. })) {
             let now = drawing.get_or_insert_with(Drawing::new);
@@ -117,7 +118,7 @@ impl Drawing {
         let config = EmitterConfig::new().write_document_declaration(false);
         Drawing { writer: config.create_writer(Vec::new()), depth: 0 }
     }
-    /// Adds an XML event to the drawing; returns whether that was the last one.
+    /// Appends an XML event to the drawing; returns whether the drawing is complete.
     fn take(&mut self, event: &XmlEvent, above: usize, line: u64) -> Result<bool> {
         match event {
             XmlEvent::StartElement { .. } => self.depth += 1,
@@ -142,7 +143,7 @@ impl Drawing {
 
 fn attribute(node: &mut Node, name: &str, value: String) {
     let name = name.to_ascii_lowercase();
-    // Older scripts write these names as one word.
+    // Older scripts write these attribute names as one word, or spell them differently.
     let name = match name.as_str() {
         "onclick" => "on-click",
         "onchange" => "on-change",
@@ -242,7 +243,7 @@ fn gather(nodes: &mut [Node]) {
     }
 }
 
-/// Replaces `<` within attribute values by `&lt;`: it is not valid XML, but the original accepts it.
+/// Replaces `<` within attribute values by `&lt;`. An unescaped `<` is not valid XML there, but V-REP accepts it.
 fn escaped(text: &str) -> String {
     let mut out = String::with_capacity(text.len());
     let (mut rest, mut in_tag, mut quote) = (text, false, None);
@@ -310,7 +311,7 @@ mod tests {
         assert!(told("<ui>\n<label text=5/></ui>").contains("line 2"), "{}", told("<ui>\n<label text=5/></ui>"));
         assert!(told("<!DOCTYPE a><ui/>").contains("document type"));
         assert!(told(&format!("{}{}", "<ui>", "<group>".repeat(70))).contains("nested"));
-        assert!(told("").contains("not XML"));
+        assert!(told("").contains("invalid XML"));
         let text = "<ui title='a<b'><!-- it's <fine> --><label text=\"x < y\"/></ui>";
         let all = read(text).unwrap();
         assert_eq!((&all[0].values["title"], &all[1].values["text"]), (&json!("a<b"), &json!("x < y")));

@@ -14,13 +14,13 @@ pub(crate) fn offer(offer: &mut Offer<Tatu>) {
             let twist = [c.f64(1)?, c.f64(2)?, c.f64(3)?];
             let train = Drivetrain::of(&world, &p, base)?.ok_or_else(|| {
                 Fail::missing("the object has no drive")
-                    .help("set its property `object.drive` to name the wheels that move it")
+                    .help("set its property `object.drive`, which names the wheels that move it")
             })?;
             train.drive(&world, &p, twist)
         })
-        .param(Param::int("robot").text("the handle of the object that has a drive: `object.drive`"))
+        .param(Param::int("robot").text("the handle of an object whose property `object.drive` is set"))
         .param(Param::float("ahead").unit("m/s"))
-        .param(Param::float("left").unit("m/s").text("only wheels with rollers move it there"))
+        .param(Param::float("left").unit("m/s").text("requires wheels with rollers"))
         .param(Param::float("turn").unit("rad/s").text("counter-clockwise, seen from above"))
         .text(
             "Sets the target velocities of the joints of a robot's drive, so that the middle of its axle moves at this \

@@ -1,4 +1,4 @@
-//! Commands for people who edit a scene: edits that can be undone, saving, new scenes and recovery.
+//! Commands for scene editors: edits that can be undone, saving, new scenes and recovery.
 
 use tatu_plugin_api::{
     abi::*,
@@ -7,12 +7,12 @@ use tatu_plugin_api::{
 
 use crate::plugin::{Cmd, Ctx, Tatu};
 
-/// Name of a new scene, until it is saved under another one.
+/// Name of a new scene until it is saved under a different name.
 const UNTITLED: &str = "untitled";
-/// Most new scenes in a folder.
+/// Maximum number of scenes named `untitled` in a folder.
 const MOST_UNTITLED: usize = 1000;
 
-/// Calls one entry of the list of an edit: its name, then its arguments.
+/// Executes one call of an edit, a list of the command's name and its arguments.
 fn call(c: &Ctx<'_>, entry: &Value) -> Result<Value> {
     let wrong = || Fail::argument("expected a list of calls, each {name, arguments...}");
     let Value::List(parts) = entry else { return Err(wrong()) };
@@ -32,14 +32,14 @@ fn edit(c: &mut Ctx<'_>) -> Result {
     Ok(())
 }
 
-/// Takes an edit back, or repeats it.
+/// Undoes the last edit, or redoes the last edit that was undone.
 fn step_back(c: &mut Ctx<'_>, redo: bool) -> Result {
     let label = c.world().step_back(redo)?;
     c.ret(label.map_or(Value::Nil, Value::text));
     Ok(())
 }
 
-/// Opens a new scene under the first free name.
+/// Opens a new scene under the first unused file name.
 fn new_scene(c: &mut Ctx<'_>) -> Result {
     let world = c.world();
     for n in 1..=MOST_UNTITLED {
@@ -63,16 +63,18 @@ fn exists(path: &[u8]) -> bool {
 pub(crate) fn offer(offer: &mut Offer<Tatu>) {
     offer.command(
         Cmd::new("tatu.edit", edit)
-            .param(Param::string("label").text("what it does, in words that follow \"Undo\": `Move cup`"))
-            .param(Param::any("calls").text("a list of calls of commands, each `{name, arguments...}`"))
-            .param(Param::string("merge").optional().text(
-                "consecutive edits with the same label and the same text here are undone together: those of one drag",
-            ))
-            .returns(Param::any("results").text("a list for each call: its results"))
+            .param(Param::string("label").text("a description of the edit that can follow \"Undo\": `Move cup`"))
+            .param(Param::any("calls").text("a list of command calls, each `{name, arguments...}`"))
+            .param(
+                Param::string("merge").optional().text(
+                    "consecutive edits with the same label and the same text here are undone together, as in a drag",
+                ),
+            )
+            .returns(Param::any("results").text("a list per call, with its results"))
             .text(
-                "Calls commands as one edit, which `tatu.undo` takes back as a whole: objects come back with their \
-                 handles, names, order and scripts. If one of the calls fails, the others are taken back. While the \
-                 simulation runs, edits cannot be undone; a stop takes them back, except texts of scripts.",
+                "Calls commands as one edit, which `tatu.undo` undoes as a whole: removed objects are restored with \
+                 their handles, names, order and scripts. If one of the calls fails, the others are undone. While the \
+                 simulation runs, edits cannot be undone; a stop reverts them, except for script texts.",
             )
             .example(
                 "local floor = tatu.list('shape')[1]\n\
@@ -84,14 +86,14 @@ pub(crate) fn offer(offer: &mut Offer<Tatu>) {
     );
     offer.command(
         Cmd::new("tatu.undo", |c| step_back(c, false))
-            .returns(Param::string("label").optional().text("what was undone; nil: there was nothing to undo"))
-            .text("Takes back the last edit. Fails while the simulation runs, and in callbacks of scripts.")
+            .returns(Param::string("label").optional().text("of the undone edit; nil: there was nothing to undo"))
+            .text("Undoes the last edit. Fails while the simulation runs, and in callbacks of scripts.")
             .example("assert(not pcall(tatu.undo))"),
     );
     offer.command(
         Cmd::new("tatu.redo", |c| step_back(c, true))
-            .returns(Param::string("label").optional().text("what was redone; nil: there was nothing to redo"))
-            .text("Repeats the edit that `tatu.undo` took back last, unless there was another edit since.")
+            .returns(Param::string("label").optional().text("of the redone edit; nil: there was nothing to redo"))
+            .text("Redoes the edit that `tatu.undo` undid last, unless another edit was made since.")
             .example("assert(not pcall(tatu.redo))"),
     );
     offer.command(
@@ -101,8 +103,8 @@ pub(crate) fn offer(offer: &mut Offer<Tatu>) {
             Ok(())
         })
         .returns(Param::any("edits").text(
-            "a table: undo and redo (labels, the next one last), unsaved, revision (a number for each state), file, \
-             on_disk, recovery (Unix time of a copy with unsaved edits, in s)",
+            "a table: undo and redo (labels, the next one last), unsaved, revision (a number that identifies the \
+             state), file, on_disk, recovery (Unix time of a copy with unsaved edits, in s)",
         ))
         .text("Returns which edits can be undone and redone, and whether the scene differs from its file.")
         .example("assert(tatu.edits().unsaved == false)"),
@@ -121,24 +123,24 @@ pub(crate) fn offer(offer: &mut Offer<Tatu>) {
             c.world().save_edits(&path, over)
         })
         .param(Param::string("file").optional().text(
-            "a file that ends with .toml, in a folder that scripts may use, which becomes the scene's file; none: the \
-             scene's own file, which only remote clients and the page may write",
+            "a file with the suffix .toml, in a folder that scripts may use, which becomes the scene's file; omitted: \
+             the scene's current file, which only remote clients and the page may write",
         ))
         .param(
             Param::bool("over")
                 .optional()
-                .text("whether a file is replaced that has changed on disk since it was opened"),
+                .text("true: replaces the file even if it has changed on disk since it was opened"),
         )
         .text(
-            "Saves the scene as it is while stopped. In its own file, whatever edits did not change stays as it is \
-             written: comments, order, units. What scripts did in a run is not saved.",
+            "Saves the scene in its stopped state. In the scene's own file, everything that edits did not change is \
+             preserved as written: comments, order, units. Changes made by scripts in a run are not saved.",
         )
         .example("tatu.saveScene('example_scene.toml')"),
     );
     offer.command(
         Cmd::new("tatu.newScene", new_scene)
-            .returns(Param::string("file").text("its name until it is saved under another one"))
-            .text("Opens a new scene: a floor. Only `tatu serve` and `tatu open` can.")
+            .returns(Param::string("file").text("its file name until it is saved under another name"))
+            .text("Opens a new scene that contains only a floor. Supported only by `tatu serve` and `tatu open`.")
             .example("assert(not pcall(tatu.newScene))"),
     );
     offer.command(
@@ -153,8 +155,8 @@ pub(crate) fn offer(offer: &mut Offer<Tatu>) {
         })
         .param(Param::bool("keep").text("true: opens the copy; false: removes it"))
         .text(
-            "Opens or removes the copy with unsaved edits that a program left beside the scene's file when it ended \
-             unexpectedly.",
+            "Opens or removes the copy with unsaved edits that a program left next to the scene's file when it \
+             terminated unexpectedly.",
         )
         .example("assert(not pcall(tatu.recover, true))"),
     );

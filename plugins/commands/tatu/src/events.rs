@@ -14,7 +14,7 @@ pub(crate) fn offer(offer: &mut Offer<Tatu>) {
             Ok(())
         })
         .param(Param::string("event").text("its name, or * for all except collision, contact and separation"))
-        .param(Param::func("handler").text("called with the event's table and its name"))
+        .param(Param::func("handler").text("called with the table of the event's fields and its name"))
         .returns(Param::int("id").text("for tatu.off"))
         .text("Calls a function for each event with this name, until the script ends.")
         .example(
@@ -36,7 +36,7 @@ pub(crate) fn offer(offer: &mut Offer<Tatu>) {
             c.world().unsubscribe(u64::try_from(id).unwrap_or(0))
         })
         .param(Param::int("id").text("the number that tatu.on returned"))
-        .text("Ends a subscription made by tatu.on.")
+        .text("Cancels a subscription made by tatu.on.")
         .example(
             "function sysCall_init()\n  \
                local id = tatu.on('mine.gone', function() error('nobody should call this') end)\n  \
@@ -51,9 +51,9 @@ pub(crate) fn offer(offer: &mut Offer<Tatu>) {
             let payload = if c.has(1) { c.arg(1) } else { ValueRef::NIL };
             c.world().publish(&name, payload)
         })
-        .param(Param::string("event").text("its name, with a dot: mine.name"))
-        .param(Param::any("fields").optional().text("a table with names"))
-        .text("Publishes an event; it is delivered after the stage that is running.")
+        .param(Param::string("event").text("its name, which must contain a dot: mine.name"))
+        .param(Param::any("fields").optional().text("a table with string keys"))
+        .text("Publishes an event, which is delivered after the current stage.")
         .example(
             "local got\n\
              function sysCall_init()\n  \

@@ -1,10 +1,10 @@
 //! Tatu's own commands, for which the V-REP script API has no equivalent: `tatu.on`, `tatu.emit`, `tatu.options`,
 //! `tatu.list`, `tatu.get`, `tatu.set`, `tatu.properties`, `tatu.read`, `tatu.save`, `tatu.getScript`,
 //! `tatu.setScript`, `tatu.addScript`, `tatu.press`, `tatu.open`, `tatu.drive`, `tatu.models`, `tatu.kinds`,
-//! `tatu.addModel`, `tatu.add`, `tatu.copy`, `tatu.remove`; and for people who edit a scene: `tatu.edit`, `tatu.undo`,
+//! `tatu.addModel`, `tatu.add`, `tatu.copy`, `tatu.remove`; and for scene editors: `tatu.edit`, `tatu.undo`,
 //! `tatu.redo`, `tatu.edits`, `tatu.saveScene`, `tatu.newScene` and `tatu.recover`.
 //!
-//! Each file contains one subject; `tests/program/events.rs` tests them through scripts.
+//! Each file contains the commands of one subject; `tests/program/scripts` tests them through scripts.
 
 mod drive;
 mod edits;
@@ -34,7 +34,7 @@ impl Plugin for Tatu {
         read::offer(offer);
         save::offer(offer);
         scenes::offer(offer);
-        // The prelude only declares which names belong to this API.
+        // The prelude only declares the prefix of this API's names.
         offer.prelude("lua", "", "return { api = { 'tatu.' } }");
     }
 }

@@ -7,7 +7,7 @@ use tatu_plugin_api::{
 
 use crate::plugin::{Cmd, Ctx, Tatu};
 
-/// Language and kind of a script for which nothing is stated.
+/// Default language of a new script; below, its default kind.
 const LANGUAGE: &str = "lua";
 const KIND: &str = "child";
 
@@ -18,7 +18,7 @@ fn objects(c: &Ctx<'_>, i: usize) -> Result<Vec<tatu_object>> {
     numbers.iter().map(|n| Ok(c.world().look(*n as u64)?.id)).collect()
 }
 
-/// Returns the parent of argument `i`; none, or 0: the world.
+/// Returns the parent that argument `i` names; if it is missing or 0, the world.
 fn parent(c: &Ctx<'_>, i: usize) -> Result<tatu_object> {
     match if c.has(i) { c.i64(i)? } else { 0 } {
         0 => Ok(0),
@@ -26,13 +26,13 @@ fn parent(c: &Ctx<'_>, i: usize) -> Result<tatu_object> {
     }
 }
 
-/// Moves objects by argument `i`, three numbers, if it is there.
+/// Moves objects by the offset in argument `i`, three lengths in m in the world frame, if it is given.
 fn shift(c: &Ctx<'_>, objects: &[tatu_object], i: usize) -> Result {
     if !c.has(i) {
         return Ok(());
     }
     let by = c.arg(i).numbers().filter(|n| n.len() == 3);
-    let by = by.ok_or_else(|| Fail::argument(format!("argument {}: expected three numbers, m", i + 1)))?;
+    let by = by.ok_or_else(|| Fail::argument(format!("argument {}: expected three numbers, in m", i + 1)))?;
     for object in objects {
         let mut pose = c.world().pose(*object, 0)?;
         pose[..3].iter_mut().zip(&by).for_each(|(x, d)| *x += d);
@@ -83,10 +83,10 @@ pub(crate) fn offer(offer: &mut Offer<Tatu>) {
         .param(
             Param::string("text").text("tables of a scene file, such as `[[object]]`: docs/reference/scene-format.md"),
         )
-        .param(Param::int("parent").optional().text("a handle; none: the world"))
-        .param(Param::list("by").optional().text("how far the first object is moved, in the world: x, y, z, m"))
+        .param(Param::int("parent").optional().text("a handle; omitted: the world"))
+        .param(Param::list("by").optional().text("offset of the first object in the world frame: x, y, z, m"))
         .returns(Param::int("object").text("the first object"))
-        .text("Adds objects of any kind, as a scene file describes them: shapes, joints, sensors with presets, models.")
+        .text("Adds objects of any kind, described as in a scene file: shapes, joints, sensors with presets, models.")
         .example(
             "local box = tatu.add([=[format = 1\n[[object]]\nkind = \"shape\"\nalias = \"example_box\"\n\
              position_m = [50, 50, 0.05]\n]=])\nassert(tatu.get(box, 'object.alias') == 'example_box')",
@@ -94,11 +94,9 @@ pub(crate) fn offer(offer: &mut Offer<Tatu>) {
     );
     offer.command(
         Cmd::new("tatu.copy", copy)
-            .param(Param::list("objects").text("handles; what is below an object is copied only if it is listed"))
-            .param(
-                Param::int("parent").optional().text("where copies go whose own parent is not copied; none: the world"),
-            )
-            .param(Param::list("by").optional().text("how far these are moved, in the world: x, y, z, m"))
+            .param(Param::list("objects").text("handles; descendants are copied only if they are listed"))
+            .param(Param::int("parent").optional().text("of copies whose own parent is not copied; omitted: the world"))
+            .param(Param::list("by").optional().text("offset of these copies in the world frame: x, y, z, m"))
             .returns(Param::list("copies").text("in the same order"))
             .text("Copies objects with their devices and scripts.")
             .example(
@@ -113,14 +111,14 @@ pub(crate) fn offer(offer: &mut Offer<Tatu>) {
         })
         .param(
             Param::list("objects")
-                .text("handles of objects and scripts; what is below an object stays, unless it is listed"),
+                .text("handles of objects and scripts; descendants of an object are removed only if they are listed"),
         )
         .text("Removes objects and scripts.")
         .example("tatu.remove({tatu.add('format = 1\\n[[object]]\\nkind = \"dummy\"')})"),
     );
     offer.command(
         Cmd::new("tatu.addScript", add_script)
-            .param(Param::int("object").text("the handle of its owner"))
+            .param(Param::int("object").text("the handle of the object"))
             .param(Param::string("text"))
             .param(Param::string("kind").optional().text("child (the default), threaded or customization"))
             .param(Param::string("language").optional().text("default: lua"))

@@ -1,4 +1,4 @@
-//! The command `tatu.options`: options that an add-on was started with.
+//! The command `tatu.options`: the options with which an add-on was started.
 
 use tatu_plugin_api::{
     abi::*,
@@ -18,20 +18,16 @@ pub(crate) fn offer(offer: &mut Offer<Tatu>) {
             c.ret(Value::Map(options));
             Ok(())
         })
-        .param(
-            Param::any("defaults")
-                .optional()
-                .text("a table: the options that there are, and their values if not given"),
-        )
-        .returns(Param::map("options").text("with defaults: values of their types; without: texts"))
-        .text("Returns the options that the calling script was started with: `--addon NAME:KEY=VALUE,KEY=VALUE`.")
+        .param(Param::any("defaults").optional().text("a table of the known options and their default values"))
+        .returns(Param::map("options").text("values of the types of the defaults; without defaults: texts"))
+        .text("Returns the options with which the calling script was started: `--addon NAME:KEY=VALUE,KEY=VALUE`.")
         .example(
             "local o = tatu.options{period = 0.5, file = 'out.csv'}\nassert(o.period == 0.5 and o.file == 'out.csv')",
         ),
     );
 }
 
-/// Returns the options that the calling script was given, as texts.
+/// Returns the options with which the calling script was started, as texts.
 fn given(c: &Ctx<'_>) -> Result<Vec<(Value, Value)>> {
     if c.caller_script() == 0 {
         return Ok(Vec::new());
@@ -45,7 +41,7 @@ fn given(c: &Ctx<'_>) -> Result<Vec<(Value, Value)>> {
 /// Returns the defaults, overridden by the given options, which are converted to the type of their default.
 fn merged(defaults: ValueRef<'_>, given: &[(Value, Value)]) -> Result<Vec<(Value, Value)>> {
     let Value::Map(mut out) = defaults.to_value()? else {
-        return Err(Fail::argument("argument 1: expected a table with names, such as {period = 0.5}"));
+        return Err(Fail::argument("argument 1: expected a table with string keys, such as {period = 0.5}"));
     };
     for (key, value) in given {
         let (Value::Text(key), Value::Text(text)) = (key, value) else { continue };
@@ -79,7 +75,7 @@ fn converted(default: &Value, text: &[u8]) -> Option<Value> {
             "false" | "no" | "0" => Some(Value::Bool(false)),
             _ => None,
         },
-        // An integer default accepts a fraction.
+        // An integer is often just the spelling of a number, so an integer default also accepts a fraction.
         Value::Int(_) => {
             let float = || str?.parse().ok().filter(|x: &f64| x.is_finite()).map(Value::Float);
             str?.parse().ok().map(Value::Int).or_else(float)

@@ -48,10 +48,10 @@ pub(crate) fn offer(offer: &mut Offer<Tatu>) {
         .param(
             Param::string("kind")
                 .optional()
-                .text("shape, joint, dummy, sensor, actuator, force_sensor, graph or script; none: any object"),
+                .text("shape, joint, dummy, sensor, actuator, force_sensor, graph or script; omitted: any object"),
         )
-        .param(Param::int("base").optional().text("only objects below this one"))
-        .returns(Param::list("handles").text("in the order of the tree"))
+        .param(Param::int("base").optional().text("lists only descendants of this object"))
+        .returns(Param::list("handles").text("in the order of the scene tree"))
         .text("Lists objects by kind; scripts only if they are requested.")
         .example("assert(#tatu.list('script') >= 1)"),
     );

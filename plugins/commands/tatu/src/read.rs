@@ -16,10 +16,10 @@ pub(crate) fn offer(offer: &mut Offer<Tatu>) {
         })
         .param(Param::int("sensor").text("a handle"))
         .returns(Param::map("reading").text(
-            "time in s, sequence (0: never measured), and each field by its name without the schema; if two have the \
-             same name, also by the full name. A single number is a number, one-dimensional fields are tables; images, \
-             and all other fields with rows, are strings of packed little-endian numbers, together with the integers \
-             rows and columns. An object is its handle, -1: none",
+            "time in s, sequence (0: never measured), and each field by its name without the schema; if two fields \
+             share this name, also by their full names. Scalar fields are numbers, one-dimensional fields tables; \
+             images and all other fields with rows are strings of packed little-endian numbers, accompanied by the \
+             integers rows and columns. An object is given by its handle; -1: no object",
         ))
         .text("Returns the last reading of a sensor of any kind, in SI units and radians.")
         .example(
@@ -53,7 +53,7 @@ fn read(c: &Shared<'_>) -> Result<Entries> {
     let Some(last) = last else {
         let path = world.get(o.id, world.host().prop("object.path"))?;
         let path = path.as_str().unwrap_or_default().into_owned();
-        return Err(Fail::argument(format!("object {} `{path}` measures nothing", o.handle())));
+        return Err(Fail::argument(format!("object {} `{path}` is not a sensor: it has no readings", o.handle())));
     };
     let mut entries = named(out);
     entries.push((Value::text("time"), Value::Float(last.time())));

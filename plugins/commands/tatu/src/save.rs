@@ -1,6 +1,6 @@
-//! The command `tatu.save`: writes fields of sensors to files, as pictures or as raw numbers.
+//! The command `tatu.save`: writes sensor fields to files, as pictures or raw data.
 //!
-//! A sensor's image begins with its lowest row; a picture begins with the highest, so that it is upright.
+//! Sensor images are stored bottom row first, picture files top row first.
 
 use std::fmt::Display;
 
@@ -21,8 +21,8 @@ pub(crate) fn offer(offer: &mut Offer<Tatu>) {
             .param(Param::string("field").text("its name, with or without the schema: depth, rgb"))
             .param(Param::string("file").text(
                 "in a folder that scripts may use. Its suffix determines the format: .png or .pgm: lengths as 16-bit \
-                 whole millimetres, 0 where there are none or more than 65.535 m; .png or .ppm: colours, 8 bits each; \
-                 .raw: the unchanged numbers, little-endian, the lowest row first",
+                 integers in mm, 0 where no length was measured or it exceeds 65.535 m; .png or .ppm: colours, 8 bits \
+                 per channel; .raw: the unchanged data, little-endian, bottom row first",
             ))
             .text("Writes a field of a sensor's last reading to a file.")
             .example(
@@ -38,9 +38,9 @@ pub(crate) fn offer(offer: &mut Offer<Tatu>) {
     );
 }
 
-/// A field as pixels of a picture, highest row first.
+/// A field as pixels of a picture, top row first.
 enum Picture {
-    /// Depths in whole millimetres.
+    /// Depths in mm.
     Lengths(Vec<u16>),
     /// Red, green and blue, one byte each.
     Colors(Vec<u8>),
@@ -74,7 +74,7 @@ fn save(c: &mut Ctx<'_>) -> Result {
         ("ppm", Some(Picture::Colors(rgb))) => [format!("P6\n{columns} {rows}\n255\n").into_bytes(), rgb].concat(),
         _ => {
             return Err(Fail::unsupported(format!("`{name}` cannot be written as `{file}`"))
-                .help("depth images are written as .png, .pgm or .raw, colour images as .png, .ppm or .raw, everything else as .raw"));
+                .help("use .png, .pgm or .raw for depths, .png, .ppm or .raw for colours, .raw for other fields"));
         }
     };
     world.write_file(file.as_bytes(), &content)

@@ -1,5 +1,5 @@
-//! Commands for views and remote clients: properties of objects, sources of scripts, keys, models, and opening a
-//! different scene.
+//! Commands for views and remote clients: object properties, script texts, key presses, models, and opening a different
+//! scene.
 
 use tatu_plugin_api::{
     abi::*,
@@ -8,7 +8,7 @@ use tatu_plugin_api::{
 
 use crate::plugin::{Cmd, Ctx, Tatu};
 
-/// Returns the object of argument `i`; 0 means the world.
+/// Returns the object whose handle is argument `i`; 0 is the world.
 fn object(c: &Ctx<'_>, i: usize) -> tatu_plugin_api::safe::Result<tatu_object> {
     match c.i64(i)? {
         0 => Ok(0),
@@ -16,7 +16,7 @@ fn object(c: &Ctx<'_>, i: usize) -> tatu_plugin_api::safe::Result<tatu_object> {
     }
 }
 
-/// Returns all that `nth` has, from 0 on, as a list.
+/// Collects `nth(0)`, `nth(1)` and so on into a list, up to the first missing entry.
 fn list<'a>(
     c: &mut Ctx<'a>,
     nth: impl Fn(&World<'a>, u32) -> tatu_plugin_api::safe::Result<Option<ValueRef<'a>>>,
@@ -36,19 +36,19 @@ pub(crate) fn offer(offer: &mut Offer<Tatu>) {
             list(c, |world, n| world.row(object, n))
         })
         .param(Param::int("object").text("a handle; 0: the world"))
-        .returns(Param::any("properties").text("a table for each: key, type, count, unit, settable, choices, text"))
+        .returns(Param::any("properties").text("a table per property: key, type, count, unit, settable, choices, text"))
         .text("Lists the properties of an object, including those of its device.")
         .example("for _, p in ipairs(tatu.properties(0)) do assert(p.key:find('scene.') == 1) end"),
     );
     offer.command(
         Cmd::new("tatu.models", |c| list(c, |world, n| world.model(n)))
-            .returns(Param::any("models").text("a table for each: id, text"))
-            .text("Lists the models that plugins offer, and those in folders for models.")
+            .returns(Param::any("models").text("a table per model: id, text"))
+            .text("Lists the models that plugins offer, and those in model folders.")
             .example("assert(#tatu.models() > 0)"),
     );
     offer.command(
         Cmd::new("tatu.kinds", |c| list(c, |world, n| world.kind(n)))
-            .returns(Param::any("kinds").text("a table for each: object (sensor or actuator), id, text"))
+            .returns(Param::any("kinds").text("a table per kind: object (sensor or actuator), id, text"))
             .text("Lists the kinds of sensors and actuators that plugins offer, for `tatu.add`.")
             .example("for _, k in ipairs(tatu.kinds()) do assert(k.object == 'sensor' or k.object == 'actuator') end"),
     );
@@ -68,7 +68,7 @@ pub(crate) fn offer(offer: &mut Offer<Tatu>) {
         })
         .param(Param::string("model").text("its id: `tatu.models`"))
         .returns(Param::int("object").text("its base, placed at the origin of the world"))
-        .text("Adds a model of that list, with the default values of its parameters.")
+        .text("Adds a model listed by `tatu.models`, with its default parameters.")
         .example("local robot = tatu.addModel('pioneer_p3dx')\ntatu.set(robot, 'object.position', {60, 60, 0.14})"),
     );
     offer.command(
@@ -90,8 +90,9 @@ pub(crate) fn offer(offer: &mut Offer<Tatu>) {
         .param(Param::int("script").text("a handle: tatu.list('script')"))
         .param(Param::string("text"))
         .text(
-            "Replaces the text of a script between two of its calls; state that the new text still has is kept. A text \
-             that cannot be loaded is refused, and nothing changes. A script cannot change itself.",
+            "Replaces the text of a script between two of its callbacks; variables that the new text also has keep \
+             their values. A text that cannot be loaded is rejected, and nothing changes. A script cannot change its \
+             own text.",
         )
         .example("assert(not pcall(tatu.setScript, tatu.list('script')[1], 'this is no Lua'))"),
     );
@@ -101,7 +102,7 @@ pub(crate) fn offer(offer: &mut Offer<Tatu>) {
             c.world().put_in("key", &key)
         })
         .param(Param::string("key").text("a character, a name such as `up`, or a code"))
-        .text("Presses a key, as `--keys` and a terminal do.")
+        .text("Presses a key, like `--keys` or a terminal.")
         .example("tatu.press('up')"),
     );
     offer.command(
@@ -113,8 +114,8 @@ pub(crate) fn offer(offer: &mut Offer<Tatu>) {
             let file = c.world().file(name, TATU_FILE_READ)?;
             c.world().open_scene(&String::from_utf8_lossy(&file))
         })
-        .param(Param::string("file").text("a scene, or a file that an importer reads; empty: this scene again"))
-        .text("Loads another scene, once this one has stopped. Only `tatu serve` and `tatu open` can.")
+        .param(Param::string("file").text("a scene, or a file that an importer reads; empty: reloads this scene"))
+        .text("Loads another scene once the current one has stopped. Supported only by `tatu serve` and `tatu open`.")
         .example("assert(not pcall(tatu.open, ''))"),
     );
 }

@@ -42,10 +42,10 @@ assert(sim.getScriptSimulationParameter(sim.handle_self, 'speed') == 0.5)
 sim.setScriptSimulationParameter(sim.handle_self, 'speed', '0.5')
 assert(sim.getScriptSimulationParameter(sim.handle_self, 'speed', true) == '0.5')
 --- sim.handleChildScripts
--- Only a main script has others called by it.
+-- Only a main script can have other scripts called.
 assert(sim.handleChildScripts(sim.syscb_actuation) == 0)
 --- sim.handleDynamics
--- Only a main script lets physics advance.
+-- Only a main script can advance physics.
 assert(not pcall(sim.handleDynamics, sim.getSimulationTimeStep()))
 --- sim.wait
 function sysCall_thread()

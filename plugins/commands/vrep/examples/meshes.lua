@@ -26,7 +26,7 @@ assert(math.abs(sim.getShapeBB(group)[1] - 3) < 1e-9 and not sim.isHandle(b))
 local box = sim.createPureShape(0, 8, {1, 1, 1}, 2)
 sim.setObjectPosition(box, {0, 0, 5})
 local mass, inertia, com = sim.getShapeMassAndInertia(box)
--- a cube: m (x^2 + y^2) / 12, divided by m
+-- Inertia of a cube: m (x^2 + y^2) / 12, divided by m.
 assert(mass == 2 and math.abs(inertia[1] - 1 / 6) < 1e-9 and com[3] == 5)
 --- sim.setShapeMassAndInertia
 local box = sim.createPureShape(0, 8, {1, 1, 1}, 2)

@@ -1,7 +1,7 @@
 --- sim.readVisionSensor
 function sysCall_sensing()
     local result, packet = sim.readVisionSensor(sim.getObject('/eye'))
-    -- Something fills the image at 1 m, a quarter of the way from 0.5 to 2.5 m.
+    -- An object at a depth of 1 m, a quarter of the range from 0.5 to 2.5 m, fills the image.
     assert(result == 0 and #packet == 15 and math.abs(packet[5] - 0.25) < 1e-4)
 end
 --- sim.handleVisionSensor
@@ -73,15 +73,15 @@ end
 local made = sim.createVisionSensor(2, {64, 48, 0, 0}, {0.1, 2, 1, 0.1, 0.1, 0.1, 0, 0, 0, 0, 0})
 assert(sim.getVisionSensorRes(made)[1] == 64)
 --- sim.handleSensorCallbacks
--- Nothing is detected, so nobody is called.
+-- Nothing is detected, so no callback is called.
 sim.handleSensorCallbacks(sim.getObject('/sonar'))
 assert(sim.readProximitySensor(sim.getObject('/sonar')) == 0)
 --- sim.getVisionSensorFilter
--- Without a chain of its own a sensor takes the image and gives it out.
+-- The default filters of a sensor load the image and output it unchanged.
 local eye = sim.getObject('/eye')
 assert(sim.getVisionSensorFilter(eye, 0) == 1 and sim.getVisionSensorFilter(eye, 1) == 4)
 --- sim.setVisionSensorFilter
--- The sensor is another one than the others look through.
+-- Use a separate sensor, because filters affect all users of a sensor.
 local eye = sim.getObject('/filtering')
 assert(sim.setVisionSensorFilter(eye, 1, 1, nil, nil, {0, 1, 0}) == 3)
 sim.handleVisionSensor(eye)

@@ -1,9 +1,9 @@
--- `org.conman.cbor`: tables and values as CBOR (RFC 8949), and back.
+-- `org.conman.cbor`: converts tables and values to CBOR (RFC 8949), and back.
 
 local cbor = {}
 local pack, unpack, type, pairs = string.pack, string.unpack, type, pairs
 
--- Returns an initial byte with its argument, in the shortest encoding.
+-- Encodes an initial byte with its argument, in the shortest form.
 local function head(major, n)
     if n < 24 then
         return pack('B', major << 5 | n)
@@ -17,7 +17,7 @@ local function head(major, n)
     return pack('>BI8', major << 5 | 27, n)
 end
 
--- Returns the bits of a float as 16-bit float; nil if it does not fit exactly.
+-- Returns the bits of a number as a 16-bit float, or nil if this would not be exact.
 local function half(x)
     if x ~= x then
         return 0x7e00
@@ -27,7 +27,7 @@ local function half(x)
     if size == 0 or size == math.huge then
         return sign | (size == 0 and 0 or 0x7c00)
     end
-    -- 2^-24 is the spacing of numbers below 2^-14; above, 1024 numbers lie between two powers of 2.
+    -- Below 2^-14, numbers are spaced by 2^-24; above, there are 1024 numbers between two powers of 2.
     if size < 2.0 ^ -14 then
         local steps = size * 2.0 ^ 24
         return steps == math.floor(steps) and sign | math.floor(steps) or nil
@@ -105,7 +105,7 @@ local SIZES = { [24] = 'B', [25] = '>I2', [26] = '>I4', [27] = '>I8' }
 
 local decode
 
--- Returns the argument of an initial byte; nil: indefinite length.
+-- Returns the argument of an initial byte, or nil for an indefinite length.
 local function argument(text, at, low)
     if low < 24 then
         return low, at
@@ -126,7 +126,7 @@ local function bytes(text, at, n, major, depth)
         end
         return text:sub(at, at + n - 1), at + n
     end
-    -- Indefinite length: chunks up to a break byte.
+    -- A string of indefinite length consists of chunks up to a break byte.
     local pieces = {}
     while text:byte(at) ~= 0xff do
         if (text:byte(at) or fail(at)) >> 5 ~= major then

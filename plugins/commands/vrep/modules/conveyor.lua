@@ -1,5 +1,6 @@
--- The script of a conveyor belt: other scripts write a target speed or position, and it publishes its state.
--- `efficient`: a static box whose surface moves objects along; otherwise pads that move along a path.
+-- The script of a conveyor belt. Other scripts write a target speed or position; the script publishes the belt's state.
+-- `efficient`: the belt is a static box whose surface moves objects; otherwise, it consists of pads that move along a
+-- path.
 
 local conveyor = {}
 
@@ -57,7 +58,7 @@ local function advance(dt)
     local accel, vel = conveyor.config.accel, conveyor.target.vel
     if conveyor.target.pos then
         local left = conveyor.target.pos - conveyor.pos
-        -- At most the speed from which it can still brake, and no farther than the target in this step.
+        -- Limit the speed so that the belt can still stop at the target, and does not pass it in this step.
         local fastest = math.sqrt(2 * accel * math.abs(left))
         vel = math.min(fastest, math.abs(left) / dt) * (left < 0 and -1 or 1)
     end

@@ -1,4 +1,4 @@
--- Main script of scenes that have none of their own: runs the stages of a step in order.
+-- Main script of scenes without their own main script: runs the stages of a step in order.
 
 function sysCall_init()
     sim.handleSimulationStart()

@@ -1,6 +1,6 @@
 -- `gcode`: converts programs of machine tools (RS-274) to lists of points along the tool path.
 --
--- Lengths in a program are in mm (G21) or inches (G20), those of points in m; angles A, B, C are in degrees in a
+-- Lengths are in mm (G21) or inches (G20) in a program, and in m in points; the angles A, B and C are in degrees in a
 -- program, and in rad in points.
 
 LOG = { TRACE = 10, DEBUG = 20, INFO = 30, WARN = 40, ERROR = 50 }
@@ -15,10 +15,10 @@ end
 -- Initial state of each interpreter object; a program changes only its own object.
 GCodeInterpreter = {
     pathResolution = 150, -- points per m
-    multiplier = 0.001,   -- m in a unit of the program
+    multiplier = 0.001,   -- m per unit of the program
     absolute = true,
     motion = 0,
-    speed = 0,            -- m/s, by F in units per minute
+    speed = 0,            -- m/s, set by F in units per minute
 }
 GCodeInterpreter.__index = GCodeInterpreter
 
@@ -26,13 +26,13 @@ function GCodeInterpreter:new(o)
     return setmetatable(o or {}, { __index = self })
 end
 
--- Greatest difference between the radii at both ends of an arc, m.
+-- Maximum difference between the radii at both ends of an arc, m.
 local MOST_OFF = 0.0025
--- Shorter moves are ignored, m.
+-- Length below which moves are ignored, m.
 local NOTHING = 1e-9
 
 local AXES = { X = 1, Y = 2, Z = 3, A = 4, B = 5, C = 6 }
--- Words that belong to a motion or to another word, or that are ignored.
+-- Words that need no warning: they belong to a motion or to another word, or are deliberately ignored.
 local KNOWN = {}
 for letter in ('ABCFIJKPRUVWXYZN'):gmatch('.') do KNOWN[letter] = true end
 
@@ -40,7 +40,7 @@ local function copy(point)
     return { table.unpack(point) }
 end
 
--- Adds the points of a move to a program's path; `at(part)` returns the point at a fraction of the move, 0 to 1.
+-- Adds the points of a move to a program's path; `at(part)` must return the point at a fraction of the move, 0 to 1.
 local function way(self, length, at)
     local steps = math.max(1, math.ceil(length * self.pathResolution))
     local points = {}
@@ -72,15 +72,15 @@ local function straight(self, to)
     self.at = to
 end
 
--- Returns the centre of an arc given by its radius: to the right or left of the chord; a negative radius selects the
+-- Returns the centre of an arc given by its radius, to the right or left of the chord; a negative radius selects the
 -- longer arc.
 local function middle(line, from, to, radius, clockwise)
     local dx, dy = to[1] - from[1], to[2] - from[2]
     local half = math.sqrt(dx * dx + dy * dy) / 2
     if half < NOTHING then
-        error('line ' .. line .. ': an arc with R ends where it begins: give I and J instead', 0)
+        error('line ' .. line .. ': an arc with R must not end at its start point; specify I and J instead', 0)
     elseif half > math.abs(radius) + MOST_OFF then
-        error('line ' .. line .. ': an arc with R is too small to reach its end', 0)
+        error('line ' .. line .. ': the radius R is too small to reach the end of the arc', 0)
     end
     local off = math.sqrt(math.max(0, radius * radius - half * half)) / (2 * half)
     if clockwise == (radius > 0) then
@@ -92,7 +92,7 @@ end
 local function arc(self, line, to, words, clockwise)
     local from = copy(self.at)
     if math.abs(to[3] - from[3]) > NOTHING then
-        error('line ' .. line .. ': an arc cannot change Z: only arcs in a plane of constant Z are known', 0)
+        error('line ' .. line .. ': an arc must not change Z; only arcs in a plane of constant Z are supported', 0)
     end
     local x, y
     if words.R then
@@ -107,10 +107,10 @@ local function arc(self, line, to, words, clockwise)
     local r0, a0 = polar(from)
     local r1, a1 = polar(to)
     if math.abs(r0 - r1) > MOST_OFF then
-        error(string.format('line %d: an arc begins %.2f mm from its middle and ends %.2f mm from it', line, r0 * 1000,
+        error(string.format('line %d: an arc starts %.2f mm from its centre, but ends %.2f mm off', line, r0 * 1000,
             r1 * 1000), 0)
     end
-    -- An arc that ends where it begins is a full circle.
+    -- An arc that ends at its start point is a full circle.
     local turn = a1 - a0
     if clockwise and turn > -NOTHING then
         turn = turn - 2 * math.pi
@@ -225,7 +225,7 @@ function GCodeInterpreter:runProgram(text, visualize)
             letter = letter:upper()
             local x = tonumber(number)
             if not x then
-                error(string.format("line %d: expected a number behind %s, found '%s'", line, letter, number), 0)
+                error(string.format("line %d: expected a number after %s, found '%s'", line, letter, number), 0)
             elseif letter == 'G' then
                 codes[#codes + 1] = x
             elseif KNOWN[letter] then

@@ -1,10 +1,10 @@
--- The script of a graph since 4.0: records samples. Views show the curves without help from the script.
+-- The script of a graph since V-REP 4.0, which records samples. Views show the curves without help from the script.
 
 local graph = {}
 _S = _S or {}
 _S.graph = graph
 
--- Returns the nearest graph at or above the object that the script belongs to; nil: there is none.
+-- Returns the nearest graph at or above the object to which the script belongs, or nil if there is none.
 local function model()
     local at = sim.getObjectAssociatedWithScript(sim.handle_self)
     while at ~= -1 and sim.getObjectType(at) ~= sim.object_graph_type do
@@ -15,7 +15,7 @@ end
 
 function graph.init() end
 
--- Records a sample now; without a time, for the end of the step.
+-- Records a sample; without a time, the sample has the time of the end of the step.
 function graph.handle(time)
     local own = model()
     if own then

@@ -1,5 +1,5 @@
--- The script of a path since 4.2. The path is not recomputed: its points and its shape are objects of the scene, as
--- saved.
+-- The script of a path since V-REP 4.2. The path is not recomputed: its points and its shape are used as they are saved
+-- in the scene.
 
 local path = {}
 _S = _S or {}
@@ -11,7 +11,7 @@ local function model()
     return model_with('PATH')
 end
 
--- Returns the control points: children that carry an index, sorted by it.
+-- Returns the control points: the children that store an index, sorted by this index.
 function path.init()
     local points = {}
     for _, h in ipairs(sim.getObjectsInTree(model(), sim.object_dummy_type, 3)) do

@@ -1,5 +1,5 @@
--- `sim-2`: objects instead of handles. Functions without a definition of their own here are those of `sim`, with
--- objects where those take handles.
+-- `sim-2`, an API with objects instead of handles. Functions that are not defined here are those of `sim`, with objects
+-- in place of handles.
 
 local old = sim
 local unpack = table.unpack
@@ -7,7 +7,7 @@ local unpack = table.unpack
 local Object = {}
 local wrap
 
--- Returns the handle of an object; any other value unchanged.
+-- Converts an object to its handle; returns any other value unchanged.
 local function bare(x)
     if getmetatable(x) == Object then
         return rawget(x, 'handle')
@@ -30,7 +30,7 @@ local function call(f, ...)
     return f(unpack(arguments, 1, arguments.n))
 end
 
--- Converts a list of handles to objects; -1 is left out.
+-- Converts a list of handles to objects, omitting -1.
 local function objects(handles)
     local out = {}
     for i, handle in ipairs(handles) do
@@ -39,7 +39,7 @@ local function objects(handles)
     return out
 end
 
--- Returns the properties below a prefix, such as `object.customData`.
+-- Returns an object for the properties with a common prefix, such as `object.customData`.
 local function group(handle, name)
     return setmetatable({}, {
         __index = function(_, key)
@@ -51,7 +51,7 @@ local function group(handle, name)
     })
 end
 
--- What functions of `sim` call an object, by type.
+-- The word for an object in the names of functions of `sim`, by type.
 local KINDS = {
     [old.object_shape_type] = 'Shape',
     [old.object_joint_type] = 'Joint',
@@ -75,7 +75,7 @@ local function method(name, handle)
     return type(old[name]) == 'function' and old[name] or nil
 end
 
--- What an object has beside its properties.
+-- The fields of an object in addition to its properties.
 local fields = {
     parent = function(self)
         return wrap(old.getObjectParent(self.handle))
@@ -96,7 +96,7 @@ local fields = {
     end,
 }
 
--- `pose` and its parts are in the parent's frame, which these commands take as an argument.
+-- `pose` and its parts are in the parent's frame, which the commands of `sim` require as an argument.
 local setters = {
     parent = function(self, above)
         old.setObjectParent(self.handle, above and bare(above) or -1, true)
@@ -141,7 +141,7 @@ local methods = {
     end,
 }
 
--- Reads a field: one of those defined above, a method, or a property.
+-- Returns a field: one of those defined above, a method, or a property.
 local function read(self, key, own_methods, own_method)
     if own_methods[key] then
         return own_methods[key]
@@ -198,7 +198,7 @@ function wrap(handle)
     return setmetatable({ handle = handle }, Object)
 end
 
--- Creates the object for the scene or the program: its functions are those of `sim`, without a handle as first
+-- Creates the object for the scene or the program, whose functions are those of `sim` without a handle as the first
 -- argument.
 local function world(handle, own_methods)
     return setmetatable({ handle = handle }, {
@@ -237,7 +237,7 @@ local sim_2 = {
     Object = function(handle) return wrap(handle) end,
 }
 
--- The object that the script belongs to.
+-- The object to which the script belongs.
 local has_object, own = pcall(old.getObject, '.')
 sim_2.self = has_object and wrap(own) or nil
 

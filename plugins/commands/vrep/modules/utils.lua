@@ -2,7 +2,7 @@
 
 local type, pairs, tostring = type, pairs, tostring
 
--- Converts a value to text as older versions do: no blanks, double quotes.
+-- Converts a value to text in the format of older versions: without spaces, with double quotes.
 local function text(v)
     if type(v) == 'table' then
         return table.tostring(v)

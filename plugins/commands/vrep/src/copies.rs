@@ -1,9 +1,9 @@
-//! Copies, sizes and scale of objects; models from files.
+//! Commands that copy and scale objects, and load and save models and scenes.
 
 use crate::{kit::*, lookup::sets};
 
 pub(crate) fn offer(offer: &mut Offer<Vrep>) {
-    let devices = "Sensors, actuators and scripts are copied and start afresh; the state of scripts is not copied.";
+    let devices = "Copies of sensors, actuators and scripts start afresh; the state of scripts is not copied.";
     offer.command(
         both(["sim.copyPasteObjects", "simCopyPasteObjects"], NIL, |c| {
             let ids = sets::list(c, 0)?;
@@ -13,9 +13,9 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             Ok(())
         })
         .param(Param::list("objects").text("handles"))
-        .param(Param::int("options").default(0).optional().text("1: they are bases of models, which are copied whole"))
+        .param(Param::int("options").default(0).optional().text("1: the objects are bases of models to be copied"))
         .returns(Param::list("copies").text("in the same order"))
-        .text("Copies objects, in place.")
+        .text("Copies objects without moving them.")
         .partial(devices),
     );
     offer.command(
@@ -52,7 +52,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .param(object("object"))
         .returns(Param::floats("values", 3))
         .text("Returns the factor by which an object has been scaled along each axis.")
-        .partial("The three values are equal: scaling along single axes changes only the size of a shape."),
+        .partial("The three values are equal, because scaling along single axes changes only the size of a shape."),
     );
     offer.command(
         both(["sim.setObjectSizeValues", "simSetObjectSizeValues"], MINUS, |c| {
@@ -64,7 +64,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         })
         .param(object("object"))
         .param(table("values", "{x, y, z}"))
-        .text("Scales an object to given factors.")
+        .text("Sets the scale factors of an object, relative to its original size.")
         .partial("The three values are stored as one."),
     );
     offer.command(
@@ -82,14 +82,14 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .param(Param::float("y"))
         .param(Param::float("z"))
         .param(Param::int("options").default(0).optional().text("ignored"))
-        .text("Scales an object; a shape becomes larger or smaller.")
-        .partial("The sizes of shapes change, but not their masses; sensors and joints are not changed."),
+        .text("Scales an object by a factor along each axis.")
+        .partial("Changes the sizes of shapes, but not their masses; sensors and joints are unchanged."),
     );
     offer.command(
         both(["sim.scaleObjects", "simScaleObjects"], MINUS, |c| {
             let (ids, f, places) = (sets::list(c, 0)?, c.f64(1)?, c.arg(2).truthy());
             if f <= 0.0 {
-                return Err(Fail::argument("argument 2: a scale must be greater than 0"));
+                return Err(Fail::argument("argument 2: the scale must be greater than 0"));
             }
             let (w, p) = (c.world(), &c.plugin().p);
             for id in &ids {
@@ -111,14 +111,14 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         })
         .param(Param::list("objects").text("handles"))
         .param(Param::float("factor"))
-        .param(Param::any("positions").text("true: distances between them too"))
-        .text("Scales objects with their masses, and the distances of parts of a tree.")
-        .partial("Sizes, masses and positions of shapes change; sensors and joint forces are not changed."),
+        .param(Param::any("positions").text("true: also scales the distances between the objects"))
+        .text("Scales objects with their masses, and the distances within their trees.")
+        .partial("Changes the sizes, masses and positions of shapes; sensors and joint forces are unchanged."),
     );
     files(offer);
 }
 
-/// Returns whether a text is the id of a model that plugins or folders offer.
+/// Returns whether a text is the id of a model that plugins or model folders offer.
 fn is_model(c: &Call<'_, Vrep>, id: &[u8]) -> Result<bool> {
     for at in 0.. {
         match c.world().model(at)? {
@@ -144,7 +144,7 @@ fn files(offer: &mut Offer<Vrep>) {
                     c.ret(handle(w.load(file, 0)?));
                     return Ok(());
                 }
-                // Without V-REP's installation, its models are objects that a script looks up by name.
+                // In a run without a scene, a stand-in replaces a missing model of V-REP's installation.
                 let file = String::from_utf8_lossy(file).into_owned();
                 let stem = file.rsplit(['/', '\\']).next().unwrap_or_default();
                 let stem = stem.rsplit_once('.').map_or(stem, |(stem, _)| stem);
@@ -162,10 +162,10 @@ fn files(offer: &mut Offer<Vrep>) {
         .param(Param::any("options").optional())
         .returns(Param::int("model").text("handle of its base"))
         .text(
-            "Loads a model: a scene file, one that an importer reads, such as `.ttm` and `.urdf`, or the id of a model \
-             (`tatu list models`).",
+            "Loads a model: a scene file, a file that an importer reads, such as `.ttm` or `.urdf`, or the id of a \
+             model (`tatu list models`).",
         )
-        .partial("A model from a buffer is not loaded; options have no effect."),
+        .partial("Loading a model from a buffer is not supported; options have no effect."),
     );
     offer.command(
         both(["sim.loadScene", "simLoadScene"], MINUS, |c| {
@@ -176,7 +176,7 @@ fn files(offer: &mut Offer<Vrep>) {
         })
         .param(Param::string("file"))
         .returns(Param::int("result"))
-        .text("Loads another scene, once this one has stopped.")
+        .text("Loads another scene once the current one has stopped.")
         .partial("Only `tatu serve` and `tatu open` can change the scene; `tatu run` reports an error."),
     );
     for (names, model) in [(["sim.saveModel", "simSaveModel"], true), (["sim.saveScene", "simSaveScene"], false)] {
@@ -193,10 +193,8 @@ fn files(offer: &mut Offer<Vrep>) {
             command
                 .param(Param::string("file"))
                 .returns(Param::int("result").text("1"))
-                .text("Writes a scene or a model as a scene file, as it is now.")
-                .partial(
-                    "It is a scene file of this program: `.toml` is appended to a name that does not end with it.",
-                ),
+                .text("Writes the current state of a scene or model to a scene file.")
+                .partial("The format is Tatu's scene format; `.toml` is appended to a name with a different suffix."),
         );
     }
     offer.command(
@@ -206,8 +204,8 @@ fn files(offer: &mut Offer<Vrep>) {
         })
         .param(Param::any("arguments").rest())
         .returns(Param::int("result").text("-1"))
-        .text("Closes a scene: not while it runs.")
-        .stub("a run has one scene"),
+        .text("Closes a scene; not supported during a run.")
+        .stub("a run has exactly one scene"),
     );
 }
 
@@ -230,7 +228,7 @@ fn copy(c: &Ctx<'_>, ids: &[tatu_object], models: bool) -> Result<Vec<i64>> {
             all.push(*id);
         }
     }
-    // Scripts are copied with their owner; the host refuses to copy a script alone.
+    // Scripts are copied with the object to which they belong; the host refuses to copy a script alone.
     all.retain(|o| ids.contains(o) || w.look(*o).is_ok_and(|o| o.kind != TATU_KIND_SCRIPT));
     let copies = w.copy(&all)?;
     Ok(ids
@@ -240,10 +238,10 @@ fn copy(c: &Ctx<'_>, ids: &[tatu_object], models: bool) -> Result<Vec<i64>> {
         .collect())
 }
 
-/// Scales a shape by a different factor for each axis.
+/// Scales an object by one factor per axis.
 fn scale(c: &Ctx<'_>, o: Object, f: [f64; 3]) -> Result {
     if f.iter().any(|x| *x <= 0.0) {
-        return Err(Fail::argument("a scale must be greater than 0"));
+        return Err(Fail::argument("the scale must be greater than 0"));
     }
     if o.kind != TATU_KIND_SHAPE {
         return Ok(());

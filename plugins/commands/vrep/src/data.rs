@@ -12,8 +12,8 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             Ok(())
         })
         .param(target())
-        .param(Param::string("tag").text("any name; empty, with nil: all data is removed"))
-        .param(Param::string("data").optional().text("nil or empty: removes it"))
+        .param(Param::string("tag").text("any name; empty: all data is removed"))
+        .param(Param::string("data").optional().text("nil or empty: removes the data"))
         .returns(Param::int("done"))
         .text("Stores data with an object, under a tag."),
     );
@@ -22,7 +22,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             Cmd::new(name, |c| write(c, c.arg(2).as_bytes().map(<[u8]>::to_vec)))
                 .param(target())
                 .param(tag())
-                .param(Param::string("data").optional().text("nil or empty: removes it"))
+                .param(Param::string("data").optional().text("nil or empty: removes the data"))
                 .text(format!("Stores {kind} with an object, under a tag.")),
         );
     }
@@ -35,7 +35,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             };
             match found {
                 Some(data) => c.ret(data.as_slice()),
-                // The stand-in for a scene has no data, so a neutral block is returned.
+                // In a run without a scene, a neutral block stands in for the missing data.
                 None if c.world().stands_in(0, &format!("data {}", c.text(1)?)) => c.ret(STAND_IN),
                 None => c.ret(Value::Nil),
             }
@@ -44,7 +44,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .param(target())
         .param(tag())
         .returns(Param::string("data").text("nil: there is none"))
-        .text("Returns the data that is stored with an object under a tag."),
+        .text("Returns the data stored with an object under a tag."),
     );
     for (name, kind) in [("sim.readCustomStringData", "text"), ("sim.readCustomBufferData", "bytes")] {
         let data = if kind == "text" { Param::string("data") } else { Param::bytes("data") };
@@ -73,7 +73,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         })
         .param(target())
         .param(tag())
-        .param(Param::any("table").text("nil or empty: removes it"))
+        .param(Param::any("table").text("nil or empty: removes the data"))
         .param(Param::any("options").optional().text("ignored"))
         .text("Stores a table with an object, under a tag."),
     );
@@ -102,7 +102,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             Ok(())
         })
         .param(target())
-        .returns(Param::list("tags").text("nothing if there are none"))
+        .returns(Param::list("tags").text("no value if there are none"))
         .text("Lists the tags under which data is stored with an object."),
     );
     offer.command(
@@ -136,7 +136,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     persistent(offer);
 }
 
-/// Adds the commands from before 3.3, which take a number instead of a tag.
+/// Adds the commands from before V-REP 3.3, which identify data by a number instead of a tag.
 fn headers(offer: &mut Offer<Vrep>) {
     let header = |n: i64| format!("#{n}").into_bytes();
     for (add, get, scene) in [
@@ -162,10 +162,10 @@ fn headers(offer: &mut Offer<Vrep>) {
                 c.ret(1_i64);
                 Ok(())
             }))
-            .param(Param::int("header").text("a number in place of a tag"))
-            .param(Param::string("data").optional().text("nil or empty: removes it"))
+            .param(Param::int("header").text("a number used as the tag"))
+            .param(Param::string("data").optional().text("nil or empty: removes the data"))
             .returns(Param::int("done"))
-            .text("Stores data under a number."),
+            .text("Stores data with an object or the scene, under a number."),
         );
         offer.command(
             object(both(get, NIL, move |c| {
@@ -175,9 +175,9 @@ fn headers(offer: &mut Offer<Vrep>) {
                 }
                 Ok(())
             }))
-            .param(Param::int("header").text("a number in place of a tag"))
-            .returns(Param::string("data").text("nothing if there is none"))
-            .text("Returns data that is stored under a number."),
+            .param(Param::int("header").text("a number used as the tag"))
+            .returns(Param::string("data").text("no value if there is none"))
+            .text("Returns the data stored with an object or the scene under a number."),
         );
     }
 }
@@ -195,10 +195,10 @@ fn persistent(offer: &mut Offer<Vrep>) {
         })
         .param(Param::string("name"))
         .param(Param::string("data").text("empty: removes it"))
-        .param(Param::int("options").default(0).optional().text("ignored: nothing is kept on disk"))
+        .param(Param::int("options").default(0).optional().text("ignored: data is not written to disk"))
         .returns(Param::int("done"))
         .text("Stores data under a name.")
-        .partial("The data lives as long as the scene, and is not written to disk."),
+        .partial("The data is lost when the scene is closed; it is not written to disk."),
     );
     offer.command(
         both(["sim.persistentDataRead", "simPersistentDataRead"], NIL, move |c| {
@@ -211,12 +211,12 @@ fn persistent(offer: &mut Offer<Vrep>) {
         })
         .alias("sim.getPersistentDataRead")
         .param(Param::string("name"))
-        .returns(Param::string("data").text("nothing if there is none"))
-        .text("Returns data that is stored under a name."),
+        .returns(Param::string("data").text("no value if there is none"))
+        .text("Returns the data stored under a name."),
     );
 }
 
-/// Returns the object of argument `i`; 0 means the scene, which also stores the application's data.
+/// Returns the object in argument `i`, or 0 for the scene, which also stores the application's data.
 fn target_of(c: &Ctx<'_>, i: usize) -> Result<tatu_object> {
     match c.i64(i)? {
         HANDLE_SCENE | -13 | -15 => Ok(0),
@@ -225,7 +225,7 @@ fn target_of(c: &Ctx<'_>, i: usize) -> Result<tatu_object> {
     }
 }
 
-/// Returns the object and the tag that the first two arguments name.
+/// Returns the object in argument 0 and the tag in argument 1; tags of the application get a private prefix.
 fn place(c: &Ctx<'_>) -> Result<(tatu_object, Vec<u8>)> {
     let id = target_of(c, 0)?;
     let mut tag = c.bytes(1)?.to_vec();

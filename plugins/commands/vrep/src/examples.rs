@@ -1,11 +1,11 @@
-//! Settings common to all commands, and their examples, which are Lua files in `examples/`, each example below a line
+//! Settings common to all commands, and their examples. These are in Lua files in `examples/`, each below a line
 //! `--- sim.name`.
 
 use std::collections::BTreeMap;
 
 use crate::kit::*;
 
-/// The version from which flat names raise errors as all other commands do.
+/// The V-REP version from which commands called by flat names raise errors instead of returning -1 or nil.
 const FLAT_NAMES_RAISE: &str = "4.2";
 
 macro_rules! files {
@@ -36,7 +36,7 @@ files!(
     "windows",
 );
 
-/// Adds the examples and the common settings to all commands.
+/// Adds examples and common settings to all commands offered so far.
 pub(crate) fn complete(offer: &mut Offer<Vrep>) {
     let mut examples: BTreeMap<&str, &str> = BTreeMap::new();
     for part in FILES.iter().flat_map(|f| f.split("--- ").skip(1)) {

@@ -1,14 +1,14 @@
-//! Bit masks of objects that scripts read and write: object, model and special properties, explicit handling; and
-//! references from objects to other objects.
+//! Commands on bit masks of objects (object, model and special properties, explicit handling), and on references from
+//! objects to other objects.
 
 use crate::{kit::*, lookup::registered::is_stand_in};
 
-/// Default of the object property: selectable.
+/// Default object property: selectable.
 const OBJECT_PROPERTY: i64 = 32;
-/// Default of the special property: collidable, measurable, detectable, renderable.
+/// Default special property: collidable, measurable, detectable, renderable.
 const SPECIAL: i64 = 1 | 2 | DETECTABLE | 0x200;
 pub(crate) const DETECTABLE: i64 = 0x1F0;
-/// The waves of the core that the bits of `DETECTABLE` correspond to.
+/// Mask of all wave types of the core, to which the bits of `DETECTABLE` correspond.
 const ALL_WAVES: i64 = TATU_WAVES_ALL as i64;
 const NOT_MODEL: i64 = 0xF000;
 
@@ -23,7 +23,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         })
         .param(object("object"))
         .returns(bits())
-        .text("Returns the bits of an object: sim.objectproperty_..."),
+        .text("Returns the property bits of an object: sim.objectproperty_..."),
     );
     offer.command(
         both(["sim.setObjectProperty", "simSetObjectProperty"], MINUS, |c| {
@@ -33,8 +33,8 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         })
         .param(object("object"))
         .param(bits())
-        .text("Sets the bits of an object: sim.objectproperty_...")
-        .partial("They are only stored and returned, because they concern windows, which do not exist here."),
+        .text("Sets the property bits of an object: sim.objectproperty_...")
+        .partial("The bits are only stored and returned, because they affect windows, which do not exist here."),
     );
     offer.command(
         both(["sim.getModelProperty", "simGetModelProperty"], MINUS, |c| {
@@ -49,8 +49,8 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .param(object("object"))
         .returns(bits())
         .text(
-            "Returns the bits of a model: sim.modelproperty_...; sim.modelproperty_not_model: the object is not the \
-               base of a model.",
+            "Returns the property bits of a model: sim.modelproperty_...; sim.modelproperty_not_model if the object \
+               is not the base of a model.",
         ),
     );
     offer.command(
@@ -63,10 +63,10 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         })
         .param(object("object"))
         .param(bits())
-        .text("Sets the bits of a model, and thereby whether an object is the base of one.")
+        .text("Sets the property bits of a model, and thereby whether an object is the base of a model.")
         .partial(
-            "Only whether it is a base has an effect; the bits that override those of the model's parts are only \
-                  stored.",
+            "Only the bit that makes the object a base has an effect; those that override properties of the model's \
+                  parts are only stored.",
         ),
     );
     offer.command(
@@ -93,7 +93,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
                 let (p, seen) = (&c.plugin().p, bits & DETECTABLE);
                 c.world().set(o.id, p.detectable, &Value::Bool(seen != 0))?;
                 if seen != 0 {
-                    // Waves other than these five always detect the object.
+                    // Sensors with other wave types always detect the object.
                     c.world().set(o.id, p.detectable_mask, &Value::Int(seen | !DETECTABLE & ALL_WAVES))?;
                 }
             }
@@ -102,9 +102,9 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         })
         .param(object("object"))
         .param(bits())
-        .text("Sets how sensors and commands treat an object.")
+        .text("Sets how sensors and commands treat an object: sim.objectspecialproperty_...")
         .partial(
-            "Only the bits for kinds of sensors that detect the shape have an effect; the others are only stored.",
+            "Only the bits that determine which kinds of sensors detect a shape are used; others are only stored.",
         ),
     );
     explicit(offer);
@@ -124,8 +124,8 @@ fn explicit(offer: &mut Offer<Vrep>) {
             Ok(())
         })
         .param(object("object"))
-        .returns(Param::int("flags").text("1: it is handled only when a script requests it"))
-        .text("Returns whether a sensor is handled only when a script requests it."),
+        .returns(Param::int("flags").text("1: explicit handling, only on request of a script"))
+        .text("Returns whether a sensor is handled only at the request of a script."),
     );
     offer.command(
         both(["sim.setExplicitHandling", "simSetExplicitHandling"], MINUS, |c| {
@@ -140,13 +140,13 @@ fn explicit(offer: &mut Offer<Vrep>) {
             done(c)
         })
         .param(object("object"))
-        .param(Param::int("flags").text("1: it is handled only when a script requests it"))
-        .text("Sets whether a sensor is handled only when a script requests it."),
+        .param(Param::int("flags").text("1: explicit handling, only on request of a script"))
+        .text("Sets whether a sensor is handled only at the request of a script."),
     );
 }
 
-/// Adds commands for handles that an object stores. They are stored as full ids, so that a removed object is read as
-/// -1.
+/// Adds commands on handles stored with an object. They are stored as full ids, so that -1 is returned for a removed
+/// object.
 fn references(offer: &mut Offer<Vrep>) {
     let key = |tag: &str| format!("handles {tag}");
     let tag = |c: &Ctx<'_>, i: usize| if c.has(i) { c.text(i) } else { Ok(String::new()) };
@@ -184,7 +184,7 @@ fn references(offer: &mut Offer<Vrep>) {
         .param(object("object"))
         .param(Param::string("tag").default("").optional())
         .returns(Param::list("handles").text("-1 for objects that were removed"))
-        .text("Returns the handles that are stored with an object."),
+        .text("Returns the handles stored with an object."),
     );
     offer.command(
         Cmd::new("sim.getReferencedHandle", move |c| {
@@ -200,7 +200,7 @@ fn references(offer: &mut Offer<Vrep>) {
         .param(object("object"))
         .param(Param::string("tag").default("").optional())
         .returns(Param::int("handle"))
-        .text("Returns the handle that is stored with an object."),
+        .text("Returns the first handle stored with an object."),
     );
     offer.command(
         Cmd::new("sim.getReferencedHandlesTags", |c| {
@@ -232,13 +232,13 @@ fn links(offer: &mut Offer<Vrep>) {
         })
         .param(object("dummy"))
         .returns(Param::int("other").text("-1: none"))
-        .text("Returns the dummy that a dummy is linked to."),
+        .text("Returns the dummy to which a dummy is linked."),
     );
     offer.command(
         both(["sim.setLinkDummy", "simSetLinkDummy"], MINUS, move |c| {
             let dummy = of_kind(c, 0, TATU_KIND_DUMMY)?;
             let other = if c.i64(1)? == -1 { 0 } else { of_kind(c, 1, TATU_KIND_DUMMY)? };
-            // A dummy has one partner: unlink both from their previous ones.
+            // A dummy has at most one partner, so unlink both dummies from their previous partners.
             for d in [dummy, other].into_iter().filter(|d| *d != 0) {
                 match id_of_note(c, d)? {
                     0 => {}
@@ -261,7 +261,7 @@ fn links(offer: &mut Offer<Vrep>) {
         .param(object("dummy"))
         .param(Param::int("other").text("-1: none"))
         .text(
-            "Links two dummies, or unlinks them: the dynamic shapes above them are joined there, which closes a loop.",
+            "Links or unlinks two dummies. A link joins the dynamic shapes above them at the dummies, closing a loop.",
         ),
     );
     offer.command(
@@ -275,7 +275,7 @@ fn links(offer: &mut Offer<Vrep>) {
         })
         .param(object("object"))
         .returns(Param::int("order").text("from 0"))
-        .returns(Param::int("count").text("number of siblings, including itself"))
+        .returns(Param::int("count").text("number of siblings, including the object"))
         .text("Returns the position of an object among its siblings."),
     );
 }

@@ -1,7 +1,8 @@
-//! The V-REP script API as commands: `sim.getObjectHandle`, `simGetObjectHandle` and so on, with the constants.
+//! The V-REP script API, implemented as commands (`sim.getObjectHandle`, `simGetObjectHandle` and so on) and constants.
 //!
-//! Each subject has a folder or file, and a page in `docs/reference/commands`; `offer` below adds them all. Begin with
-//! `joints/`, which is short, then read `kit/`, the shared code. Only `language/` depends on a script language.
+//! Each subject has a folder or file, and a page in `docs/reference/commands`; `offer` below registers all of them. For
+//! an introduction, read `joints/`, which is short, then the shared code in `kit/`. Only `language/` depends on a
+//! script language.
 //!
 //! The layers from the bottom: `kit` (arguments, dialects, messages), `state` (data per world), `lookup` (finding
 //! objects), the subjects, this file.
@@ -80,7 +81,7 @@ impl Plugin for Vrep {
         offer.subject("steps", steps::offer);
         offer.subject("remote", remote::offer);
         language::offer(offer);
-        // Stubs come last: they are added only for commands that do not exist yet.
+        // Stubs must come last, because a stub is added only if its command does not exist yet.
         offer.subject("stubs", stubs::offer);
         examples::complete(offer);
     }
@@ -100,7 +101,7 @@ impl PerWorld for Vrep {
     fn load(world: &state::State, bytes: &[u8], version: u32) -> Result<()> {
         if version != Self::STATE_VERSION {
             return Err(Fail::unsupported(format!(
-                "its state was saved in format version {version}; this program reads version {}",
+                "the state was saved in format version {version}; this program reads version {}",
                 Self::STATE_VERSION
             )));
         }

@@ -1,4 +1,4 @@
-//! Arithmetic: matrices, poses, angles, bits. Nothing here touches the scene.
+//! Commands for arithmetic on matrices, poses, angles and bits. They do not access the scene.
 
 use crate::kit::{
     algebra::{self as al, Matrix, Pose},
@@ -31,7 +31,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     }
 }
 
-/// Builds a command of this file; it has a flat name only if the original has one.
+/// Builds a command with a current and a flat name, which may run in parallel with others.
 fn command(names: Names, run: impl Fn(&mut Shared<'_>) -> Result + Send + Sync + 'static) -> Cmd {
     both_beside(names, NIL, run)
 }
@@ -48,7 +48,7 @@ fn give<const N: usize>(c: &mut Shared<'_>, numbers: [f64; N]) -> Result {
     c.ret(&numbers[..]);
     Ok(())
 }
-/// Reads a pose and normalizes its quaternion.
+/// Returns the pose in argument `i`, with its quaternion normalized.
 fn read_pose(c: &Shared<'_>, i: usize) -> Result<Pose> {
     let p: Pose = numbers(c, i)?;
     Ok(al::pose(al::position(&p), unit(al::rotation(&p), i)?))
@@ -99,7 +99,7 @@ fn matrices(offer: &mut Offer<Vrep>) {
         command(["sim.multiplyVector", "simMultiplyVector"], multiply_vector)
             .old_name("simTransformVector", NIL)
             .param(matrix("matrix").text("or a pose {x, y, z, qx, qy, qz, qw}"))
-            .param(table("vector", "{x, y, z}; or several, one after another"))
+            .param(table("vector", "{x, y, z}, or several concatenated vectors"))
             .returns(Param::floats("vector", 0))
             .text("Returns points transformed by a matrix.")
             .example("p = sim.multiplyVector(m, {0, 0, 1})"),
@@ -129,7 +129,7 @@ fn matrices(offer: &mut Offer<Vrep>) {
         .param(matrix("b"))
         .param(Param::float("t").text("0: a, 1: b"))
         .returns(out())
-        .text("Interpolates between two matrices: straight line, shortest rotation.")
+        .text("Interpolates between two matrices, along a straight line and the shortest rotation.")
         .example("m = sim.interpolateMatrices(a, b, 0.5)"),
     );
     offer.command(
@@ -167,7 +167,7 @@ fn matrices(offer: &mut Offer<Vrep>) {
         .param(matrix("goal").text("or a pose"))
         .returns(Param::floats("axis", 3))
         .returns(Param::float("angle").unit("rad"))
-        .text("Returns the axis and angle that rotate one frame to another.")
+        .text("Returns the axis and angle of the rotation from one frame to another.")
         .example("axis, angle = sim.getRotationAxis(a, b)"),
     );
     offer.command(
@@ -185,7 +185,7 @@ fn matrices(offer: &mut Offer<Vrep>) {
         })
         .param(matrix("matrix").text("or a pose"))
         .param(table("axis", "{x, y, z}"))
-        .param(table("axisPosition", "a point of the axis, m"))
+        .param(table("axisPosition", "a point on the axis, m"))
         .param(Param::float("angle").unit("rad"))
         .returns(out())
         .text("Rotates a matrix about an axis.")
@@ -247,7 +247,7 @@ fn poses(offer: &mut Offer<Vrep>) {
         .param(pose("b"))
         .param(Param::float("t").text("0: a, 1: b"))
         .returns(out())
-        .text("Interpolates between two poses: straight line, shortest rotation.")
+        .text("Interpolates between two poses, along a straight line and the shortest rotation.")
         .example("pose = sim.interpolatePoses(a, b, 0.5)"),
     );
     offer.command(

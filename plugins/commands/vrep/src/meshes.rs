@@ -1,4 +1,4 @@
-//! Commands on meshes: create shapes from triangles, read the triangles of a shape, join shapes, mass and inertia.
+//! Commands that create shapes from triangles, read the triangles of a shape, join shapes, and access mass and inertia.
 
 use crate::{
     kit::{algebra as al, *},
@@ -18,10 +18,10 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         let command = old.into_iter().fold(command, |command, old| command.old_name(old, MINUS));
         offer.command(
             command
-                .param(Param::any("options").text("ignored: they concern the appearance"))
+                .param(Param::any("options").text("ignored: they only affect the appearance"))
                 .param(Param::any("shadingAngle").text("ignored"))
                 .param(table("vertices", "x, y, z of each point, m"))
-                .param(table("indices", "three indices of points for each triangle, from 0"))
+                .param(table("indices", "three zero-based point indices per triangle"))
                 .param(Param::any("looks").rest().text("ignored: normals and textures"))
                 .returns(Param::int("shape"))
                 .text("Creates a shape from triangles, with its frame at the centre of its bounding box.")
@@ -33,10 +33,10 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             let (nx, ny, width) = (c.i64(2)?, c.i64(3)?, c.f64(4)?);
             let heights = c.arg(5).numbers().unwrap_or_default();
             let (Ok(nx), Ok(ny)) = (usize::try_from(nx), usize::try_from(ny)) else {
-                return Err(Fail::argument("the numbers of points must not be negative"));
+                return Err(Fail::argument("the grid must not have a negative number of points"));
             };
             if nx < 2 || ny < 2 || nx.saturating_mul(ny) != heights.len() {
-                return Err(Fail::argument(format!("{} heights do not make a grid of {nx} by {ny}", heights.len())));
+                return Err(Fail::argument(format!("{} heights do not form a grid of {nx} by {ny}", heights.len())));
             }
             let d = width / (nx - 1) as f64;
             let (mut points, mut places) = (Vec::new(), Vec::new());
@@ -76,10 +76,10 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         })
         .param(object("shape"))
         .returns(Param::list("vertices").text("x, y, z of each point, in the shape's frame"))
-        .returns(Param::list("indices").text("three indices for each triangle, from 0"))
+        .returns(Param::list("indices").text("three zero-based point indices per triangle"))
         .returns(Param::list("normals").text("for each corner of each triangle"))
         .text("Returns the triangles of a shape.")
-        .partial("Round shapes are divided into 32 parts; the parts of compounds are returned as boxes."),
+        .partial("Round shapes are approximated by 32 segments; the parts of compounds are returned as boxes."),
     );
     offer.command(
         both(["sim.getShapeGeomInfo", "simGetShapeGeomInfo"], NIL, |c| {
@@ -117,7 +117,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .param(Param::any("merge").optional().text("ignored: the triangles are joined in any case"))
         .returns(Param::int("shape"))
         .text("Joins shapes into one.")
-        .partial("The result is one shape of triangles, which cannot be taken apart again."),
+        .partial("The result is a single mesh, which cannot be divided again."),
     );
     offer.command(
         both(["sim.ungroupShape", "simUngroupShape"], NIL, |c| {
@@ -157,9 +157,9 @@ fn mass(offer: &mut Offer<Vrep>) {
         .param(object("shape"))
         .param(matrix())
         .returns(Param::float("mass").unit("kg"))
-        .returns(Param::floats("inertia", 9).text("divided by the mass, m^2"))
+        .returns(Param::floats("inertia", 9).text("inertia divided by the mass, m^2"))
         .returns(Param::floats("centreOfMass", 3).unit("m"))
-        .text("Returns the mass, inertia and centre of mass of a shape; without a matrix, in the world's frame."),
+        .text("Returns the mass, inertia and centre of mass of a shape; without a matrix, in the world frame."),
     );
     offer.command(
         both(["sim.setShapeMassAndInertia", "simSetShapeMassAndInertia"], MINUS, |c| {
@@ -196,7 +196,7 @@ fn mass(offer: &mut Offer<Vrep>) {
         })
         .param(object("shape"))
         .returns(Param::floats("inertia", 9).unit("kg m^2"))
-        .returns(Param::floats("transformation", 12).text("position of the centre of mass in the shape"))
+        .returns(Param::floats("transformation", 12).text("position of the centre of mass in the shape's frame"))
         .text("Returns the inertia and centre of mass of a shape."),
     );
     offer.command(
@@ -236,11 +236,11 @@ fn mass(offer: &mut Offer<Vrep>) {
         .param(Param::float("density").unit("kg/m^3"))
         .returns(Param::int("done"))
         .text("Sets the mass of a shape from its volume.")
-        .partial("The inertia follows from the form, unless it was set."),
+        .partial("The inertia is computed from the geometry, unless it was set explicitly."),
     );
 }
 
-/// Rotates an inertia tensor, given by rows.
+/// Rotates an inertia tensor, given row by row.
 fn turned(i: &[f64; 9], q: al::Quaternion) -> [f64; 9] {
     let m = al::matrix(&al::pose([0.0; 3], q));
     let r = |a: usize, b: usize| m[a * 4 + b];
@@ -275,7 +275,7 @@ fn make(c: &Ctx<'_>, mut points: Vec<f64>, places: Vec<f64>) -> Result<tatu_obje
 
 fn group(c: &Ctx<'_>, shapes: &[tatu_object]) -> Result<tatu_object> {
     let (w, p) = (c.world(), &c.plugin().p);
-    let Some(first) = shapes.first() else { return Err(Fail::argument("there is nothing to join")) };
+    let Some(first) = shapes.first() else { return Err(Fail::argument("the list of shapes is empty")) };
     let (mut points, mut places, mut mass) = (Vec::new(), Vec::new(), 0.0);
     for s in shapes {
         if w.look(*s)?.kind != TATU_KIND_SHAPE && !w.used_as(*s, "shape") {
@@ -305,7 +305,7 @@ fn group(c: &Ctx<'_>, shapes: &[tatu_object]) -> Result<tatu_object> {
     Ok(group)
 }
 
-/// Returns the triangles of a shape: vertices, and indices from 0.
+/// Returns the triangles of a shape: vertices in the shape's frame, and zero-based indices.
 pub(crate) fn triangles(c: &Ctx<'_>, shape: tatu_object) -> Result<(Vec<f64>, Vec<i64>)> {
     let (w, p) = (c.world(), &c.plugin().p);
     let form = text_of(c, shape, p.primitive)?;
@@ -346,8 +346,8 @@ fn half_turn(k: i32, n: i32) -> f64 {
     std::f64::consts::PI * f64::from(k) / f64::from(n)
 }
 
-/// Builds a solid of revolution about z from rings (fraction of the radius, height), bottom to top, each of 32
-/// segments.
+/// Builds a solid of revolution about z from rings of 32 segments; `profile` lists each ring's fraction of the radius
+/// and its height, from bottom to top.
 fn rings(radius: f64, profile: &[(f64, f64)]) -> (Vec<f64>, Vec<i64>) {
     const N: i64 = 32;
     let (mut points, mut places) = (Vec::new(), Vec::new());

@@ -1,4 +1,4 @@
-//! Names of objects: unique names with their suffix, and aliases.
+//! Commands on names of objects: unique names with their suffix, and aliases.
 
 use crate::{kit::*, lookup::names, state::state};
 
@@ -15,7 +15,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         Cmd::new("sim.setObjectName", set_name)
             .old_name("simSetObjectName", MINUS)
             .param(flagged("object"))
-            .param(Param::string("name").text("letters, digits, _ ( ) and one #; not taken by another object"))
+            .param(Param::string("name").text("letters, digits, _ ( ) and one #; must not be in use by another object"))
             .returns(Param::int("done"))
             .text("Sets the unique name of an object.")
             .example("sim.setObjectName(robot, 'scout')"),
@@ -25,7 +25,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             .param(object("object"))
             .param(Param::int("options").default(-1).optional().text(
                 "-1: the alias, 0: with its index, 1, 2 and 5: the path, 3: with the handle \
-                 where the alias is not unique, 4: with the handle, 6: \"/alias{index}\"",
+                 if the alias is not unique, 4: with the handle, 6: \"/alias{index}\"",
             ))
             .returns(Param::string("alias"))
             .text("Returns the alias of an object, or another form of its name.")
@@ -35,7 +35,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         Cmd::new("sim.setObjectAlias", set_alias)
             .param(object("object"))
             .param(Param::string("alias").text("letters, digits, _ ( ) -; others become _"))
-            .text("Sets the alias of an object, which others may have too.")
+            .text("Sets the alias of an object, which need not be unique.")
             .example("sim.setObjectAlias(robot, 'scout')"),
     );
     offer.command(
@@ -44,7 +44,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             .param(Param::string("name").optional().text("nil: the suffix of the calling script"))
             .returns(Param::int("suffix").text("-1: none"))
             .returns(Param::string("name").text("without the suffix, if a name was given"))
-            .text("Returns the number after the # of a name, or the one that look-ups of this script add.")
+            .text("Returns the number after the # of a name, or the suffix that lookups of this script append.")
             .example("n, name = sim.getNameSuffix('motor#2')"),
     );
     offer.command(
@@ -58,7 +58,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .old_name("simSetNameSuffix", MINUS)
         .param(Param::int("suffix").text("-1: names are used unchanged"))
         .returns(Param::int("done"))
-        .text("Sets the suffix that later look-ups of this script add to names.")
+        .text("Sets the suffix that later lookups of this script append to names.")
         .example("sim.setNameSuffix(-1)"),
     );
 }
@@ -103,14 +103,14 @@ fn get_alias(c: &mut Ctx<'_>) -> Result {
             format!("/{alias}{{{index}}}")
         }
         n => {
-            return Err(Fail::unsupported(format!("alias option {n} does not exist: expected -1 to 6")));
+            return Err(Fail::unsupported(format!("argument 2: expected an alias option from -1 to 6, found {n}")));
         }
     };
     c.ret(text.as_str());
     Ok(())
 }
 
-/// Returns all objects with an alias.
+/// Returns all objects with the given alias.
 fn same_alias(c: &Ctx<'_>, alias: &str) -> Result<Vec<tatu_object>> {
     let mut all = c.world().list(0, 0, 0)?;
     all.retain(|o| text_of(c, *o, c.plugin().p.alias).is_ok_and(|a| a == alias));

@@ -19,7 +19,8 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         })
         .returns(Param::floats("angles", 3).unit("rad"))
         .text(
-            "Returns the orientation of an object: {alpha, beta, gamma} about its own x, y and z axes, in this order.",
+            "Returns the orientation of an object: rotations {alpha, beta, gamma} about its own x, y and z axes, in \
+             this order.",
         )
         .example("heading = sim.getObjectOrientation(robot, -1)[3]"),
     );
@@ -40,7 +41,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             c.ret(&m[..]);
         })
         .returns(Param::floats("matrix", 12))
-        .text("Returns the frame of an object: 12 numbers, rows of {x axis, y axis, z axis, position}.")
+        .text("Returns the pose of an object as a matrix: 12 numbers, rows of {x axis, y axis, z axis, position}.")
         .example("m = sim.getObjectMatrix(robot, -1)"),
     );
     offer.command(
@@ -56,7 +57,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             p[..3].copy_from_slice(&[x, y, z]);
             Ok(())
         })
-        .text("Moves an object and everything below it; both orders of the last two arguments are accepted.")
+        .text("Moves an object with its descendants; both orders of the last two arguments are accepted.")
         .example("sim.setObjectPosition(box, {0, 0, 0.5}, -1)"),
     );
     offer.command(
@@ -66,8 +67,8 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             Ok(())
         })
         .text(
-            "Rotates an object to Euler angles {alpha, beta, gamma}, rad; both orders of the last two arguments are \
-             accepted.",
+            "Sets the orientation of an object by Euler angles {alpha, beta, gamma}, rad; both orders of the last two \
+             arguments are accepted.",
         )
         .example("sim.setObjectOrientation(box, {0, 0, math.pi / 2}, -1)"),
     );
@@ -80,7 +81,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             p[3..].copy_from_slice(&unit(q, i)?);
             Ok(())
         })
-        .text("Rotates an object to a quaternion {x, y, z, w}; both orders of the last two arguments are accepted.")
+        .text("Sets an object's orientation {x, y, z, w}; both orders of the last two arguments are accepted.")
         .example("sim.setObjectQuaternion(box, {0, 0, 0, 1}, -1)"),
     );
     offer.command(
@@ -117,7 +118,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .param(flagged("object"))
         .returns(Param::floats("linear", 3).unit("m/s"))
         .returns(Param::floats("angular", 3).unit("rad/s"))
-        .text("Returns the linear and angular velocity of an object, in the world's frame.")
+        .text("Returns the linear and angular velocity of an object, in the world frame.")
         .example("v, w = sim.getObjectVelocity(robot)"),
     );
 }
@@ -145,7 +146,7 @@ fn getter(names: Names, give: impl Fn(&mut Shared<'_>, &Pose) + Send + Sync + 's
     .param(frame_param())
 }
 
-/// Builds a setter; `put` applies the value, argument `i`, to the object's current pose.
+/// Builds a setter; `put` applies the value, which is argument `i`, to the object's current pose.
 fn setter(
     names: Names,
     value: &str,
@@ -153,7 +154,7 @@ fn setter(
 ) -> Cmd {
     both(names, MINUS, move |c| {
         let id = id(c, 0)?;
-        // The newer argument order has the value before the frame.
+        // In the newer argument order, the value precedes the frame.
         let (value, relative) = if is_table(c.arg(1)) { (1, 2) } else { (2, 1) };
         let frame = frame(c, c.arg(relative), relative, id)?;
         let mut to = pose(c, id, &frame)?;
@@ -173,7 +174,7 @@ fn setter(
     )
 }
 
-/// Returns the frame that argument `i` names, for a pose of `of`.
+/// Returns the reference frame in argument `i`, for a pose of the object `of`.
 fn frame(c: &Shared<'_>, v: ValueRef<'_>, i: usize, of: tatu_object) -> Result<Frame> {
     match v.as_i64() {
         None if v.is_nil() => Ok(Frame::Of(0)),

@@ -1,4 +1,4 @@
-//! Commands on proximity sensors: read, handle, check, reset.
+//! Commands on proximity sensors: reading, handling, checking, resetting.
 
 use std::f64::consts::FRAC_PI_2;
 
@@ -9,8 +9,8 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     let answers = |command: Cmd| {
         command
             .returns(Param::int("result").text(
-                "1: seen, 0: nothing; old scripts get nothing else when nothing is seen, \
-                    and -1 before the first time",
+                "1: detected, 0: nothing detected; for old scripts, the only value if nothing was detected, \
+                    and -1 before the first measurement",
             ))
             .returns(Param::float("distance").unit("m").text("from the sensor's origin"))
             .returns(Param::floats("point", 3).unit("m").text("sensor frame"))
@@ -25,13 +25,13 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             Ok(())
         }))
         .param(object("sensor"))
-        .text("Returns what a proximity sensor saw when it was last handled.")
+        .text("Returns the result of a proximity sensor's last measurement.")
         .example("result, distance = sim.readProximitySensor(sonar)"),
     );
     offer.command(
         answers(command(["sim.handleProximitySensor", "simHandleProximitySensor"], handle_now))
             .param(Param::int("sensor").text("a handle, sim.handle_all or sim.handle_all_except_explicit"))
-            .text("Measures with a proximity sensor immediately; for several sensors, returns the nearest detection.")
+            .text("Measures a proximity sensor immediately; for several sensors, returns the nearest detection.")
             .example("result, distance = sim.handleProximitySensor(laser)"),
     );
     offer.command(
@@ -45,8 +45,8 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .param(object("sensor"))
         .param(Param::int("entity").text("an object, or sim.handle_all"))
         .text(
-            "Checks whether a proximity sensor detects an object, or any; the result also becomes the sensor's \
-             reading.",
+            "Checks whether a proximity sensor detects a given object, or any object; the result also becomes the \
+             sensor's reading.",
         )
         .example("result, distance = sim.checkProximitySensor(sonar, ball)"),
     );
@@ -63,18 +63,18 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .param(object("sensor"))
         .param(Param::int("entity").text("an object, or sim.handle_all"))
         .param(Param::int("mode").text(
-            "a sum of 1: front faces, 2: back faces, 4: any point is sufficient (the nearest is returned), 8: maxAngle \
-             applies, 16: hidden points are ignored",
+            "a sum of: 1 front faces, 2 back faces, 4 any point suffices (the nearest is returned), 8 maxAngle \
+             applies, 16 occluded points are ignored",
         ))
         .param(
             Param::float("threshold")
                 .unit("m")
                 .text("surfaces farther than this are not detected; 0: the sensor's own range"),
         )
-        .param(Param::float("maxAngle").unit("rad").text("greatest angle between line of sight and normal, 0 to pi/2"))
+        .param(Param::float("maxAngle").unit("rad").text("maximum angle between line of sight and normal, 0 to pi/2"))
         .text(
-            "Checks whether a proximity sensor detects an object, or any, with the given faces, distance and angle; \
-             the result also becomes the sensor's reading.",
+            "Checks whether a proximity sensor detects a given object, or any object, with the given faces, distance \
+             and angle; the result also becomes the sensor's reading.",
         )
         .example("result, distance = sim.checkProximitySensorEx(sonar, ball, 1 + 2, 0.5, 0)")
         .partial("Collections are not supported."),
@@ -117,13 +117,14 @@ fn how(only: tatu_object, mode: i64, threshold: f64, max_angle: f64) -> Result<t
     })
 }
 
-// Bits of the mode of `checkEx`. Bit 4 lets a search stop at the first point; here the nearest is always found.
+// Bits of the mode of `checkEx`. Bit 4 would allow a search to stop at the first point; here, the nearest point is
+// always found.
 const FRONT: i64 = 1;
 const BACK: i64 = 2;
 const LIMITED: i64 = 8;
 const OCCLUSION: i64 = 16;
 
-/// The result of a measurement.
+/// The result of a measurement; `Never` before the first one.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Sight {
     Never,
@@ -134,7 +135,7 @@ enum Sight {
 /// Distance, point, object and normal.
 type Rest = (f64, [f64; 3], i64, [f64; 3]);
 
-/// Returns the first value of a result, and the four values that follow, if any.
+/// Returns the first return value for a result, and the four that follow it; `short` omits them without a detection.
 fn shape(short: bool, sight: Sight) -> (i64, Option<Rest>) {
     match sight {
         Sight::Seen { distance, point, object, normal } => (1, Some((distance, point, object, normal))),
@@ -183,7 +184,7 @@ fn look(c: &Ctx<'_>, sensor: tatu_object, only: tatu_object) -> Result<Sight> {
 }
 
 fn handle_now(c: &mut Ctx<'_>) -> Result {
-    // A fast path for a single sensor: scripts that rotate a ray call this hundreds of times per callback.
+    // Fast path for a single sensor, because scripts that rotate a ray call this hundreds of times per callback.
     if c.i64(0)? > 0 {
         let sight = look(c, id(c, 0)?, 0)?;
         give(c, sight);
@@ -194,7 +195,7 @@ fn handle_now(c: &mut Ctx<'_>) -> Result {
         _ => f64::INFINITY,
     };
     let mut nearest = Sight::Nothing;
-    // For a main script, these are the sensors of the sensing stage, which measures them together.
+    // Called by a main script, this is the sensing stage, which measures all sensors together.
     let stage = c.i64(0)? == HANDLE_ALL_EXCEPT_EXPLICIT && is_main(c)?;
     if stage {
         c.world().run_stage(TATU_STAGE_SENSE, 0.0)?;
@@ -209,7 +210,7 @@ fn handle_now(c: &mut Ctx<'_>) -> Result {
     Ok(())
 }
 
-/// Returns the sensors that the first argument names.
+/// Returns the sensors that argument 0 identifies.
 fn sensors(c: &Ctx<'_>) -> Result<Vec<tatu_object>> {
     let which = c.i64(0)?;
     if !matches!(which, HANDLE_ALL | HANDLE_ALL_EXCEPT_EXPLICIT) {
@@ -222,7 +223,7 @@ fn sensors(c: &Ctx<'_>) -> Result<Vec<tatu_object>> {
     Ok(all)
 }
 
-/// Explains why a reading was refused.
+/// Explains why a sensor could not be measured or read.
 #[cold]
 fn not_proximity(c: &Shared<'_>, sensor: tatu_object, fail: Fail) -> Fail {
     let p = &c.plugin().p;

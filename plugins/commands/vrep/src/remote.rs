@@ -1,14 +1,14 @@
-//! Ports that scripts open for remote clients. A service does the listening; these commands notify it.
+//! Commands by which scripts open ports for remote clients. They only notify the service that listens on the ports.
 
 use crate::kit::*;
 
 const NOTES: &str =
-    "Requires the service `legacy_remote`; without it no port is opened. A port is closed when the simulation stops.";
+    "Requires the service `legacy_remote`; without it, no port is opened. A port is closed when the simulation stops.";
 /// The events that notify the service.
 const OPEN: &str = "remote_api.open";
 const CLOSE: &str = "remote_api.close";
 
-/// Publishes that a port is to be opened or closed.
+/// Publishes an event that requests the service to open or close the port in argument 0.
 fn tell(c: &Ctx<'_>, event: &str) -> Result {
     let port = c.i64(0)?;
     if !(1..=65535).contains(&port) {
@@ -32,7 +32,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         })
         .old_name("simExtRemoteApiStart", MINUS)
         .param(port())
-        .param(Param::any("options").rest().text("packet size, debug, trigger: ignored, a client may always step"))
+        .param(Param::any("options").rest().text("packet size, debug, trigger: ignored; a client may always step"))
         .returns(result())
         .text("Opens a port for clients of the legacy remote API.")
         .example("simRemoteApi.start(19999)")
@@ -63,7 +63,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .example("simRemoteApi.reset(19999)")
         .partial(NOTES),
     );
-    for (name, text) in [(OPEN, "A script asks for a port."), (CLOSE, "A script closes a port.")] {
+    for (name, text) in [(OPEN, "A script requests a port."), (CLOSE, "A script closes a port.")] {
         offer.event(Event::new(name).text(text).field(Param::int("port").text("its TCP port")));
     }
 }

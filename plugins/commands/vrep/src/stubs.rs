@@ -1,14 +1,14 @@
 //! Commands that accept anything and return a neutral value: windows, visual effects, and parts of the original that do
 //! not exist here.
 //!
-//! If a different file declares a command with the same name, that one is used instead of the stub.
+//! A stub is not offered if a different file declares a command with the same name.
 
 use tatu_commands_common::Gives::{self, *};
 
 use crate::kit::*;
 
 const WINDOWS: &str = "there is no window";
-const OLD_UI: &str = "the oldest kind of user interface does not exist here";
+const OLD_UI: &str = "the oldest kind of user interface is not supported";
 const LOOKS: &str = "nothing is drawn";
 const THREADS: &str = "threads are coroutines";
 const PORTS: &str = "scripts have no serial ports";
@@ -16,9 +16,9 @@ const SHAPES: &str = "shapes have no textures";
 const CLOUDS: &str = "there are no octrees or point clouds";
 const PLANNING: &str = "there is no path planning";
 const EDITOR: &str = "there is no editor";
-const PROGRAM: &str = "only the original program has it";
+const PROGRAM: &str = "this exists only in the original program";
 const PICTURES: &str = "images are not changed";
-const SCRIPTS: &str = "scripts are created with the scene";
+const SCRIPTS: &str = "scripts can only be created with the scene";
 
 /// Commands of `sim` that have a flat name: names, return value, return value of a failed call, reason.
 const OLD: &[(Names, Gives, &str)] = &[
@@ -48,7 +48,7 @@ const OLD: &[(Names, Gives, &str)] = &[
     (
         ["sim.reorientShapeBoundingBox", "simReorientShapeBoundingBox"],
         Int(1),
-        "the box of a shape is centred on its frame",
+        "the bounding box of a shape is centred on its frame",
     ),
     (["sim.enableWorkThreads", "simEnableWorkThreads"], Int(0), THREADS),
     (["sim.waitForWorkThreads", "simWaitForWorkThreads"], Int(0), THREADS),
@@ -83,16 +83,16 @@ const OLD: &[(Names, Gives, &str)] = &[
     (["sim.serialPortClose", "simSerialPortClose"], Int(-1), PORTS),
     (["sim.serialPortSend", "simSerialPortSend"], Int(-1), PORTS),
     (["sim.serialPortRead", "simSerialPortRead"], Nothing, PORTS),
-    (["sim.loadModule", "simLoadModule"], Int(-1), "there are no plugins of the original's kind"),
-    (["sim.unloadModule", "simUnloadModule"], Int(0), "there are no plugins of the original's kind"),
-    (["sim.getModuleInfo", "simGetModuleInfo"], Int(0), "there are no plugins of the original's kind"),
+    (["sim.loadModule", "simLoadModule"], Int(-1), "plugins of the original are not supported"),
+    (["sim.unloadModule", "simUnloadModule"], Int(0), "plugins of the original are not supported"),
+    (["sim.getModuleInfo", "simGetModuleInfo"], Int(0), "plugins of the original are not supported"),
     (["sim.auxFunc", "simAuxFunc"], Int(-1), PROGRAM),
     (["sim.test", "simTest"], Int(-1), PROGRAM),
     (["sim.getExtensionString", "simGetExtensionString"], Text(""), PROGRAM),
-    (["sim.getConfigurationTree", "simGetConfigurationTree"], Int(1), "configurations are not kept"),
-    (["sim.setConfigurationTree", "simSetConfigurationTree"], Int(1), "configurations are not kept"),
-    (["sim.getObjectConfiguration", "simGetObjectConfiguration"], Int(1), "configurations are not kept"),
-    (["sim.setObjectConfiguration", "simSetObjectConfiguration"], Int(1), "configurations are not kept"),
+    (["sim.getConfigurationTree", "simGetConfigurationTree"], Int(1), "configurations are not stored"),
+    (["sim.setConfigurationTree", "simSetConfigurationTree"], Int(1), "configurations are not stored"),
+    (["sim.getObjectConfiguration", "simGetObjectConfiguration"], Int(1), "configurations are not stored"),
+    (["sim.setObjectConfiguration", "simSetObjectConfiguration"], Int(1), "configurations are not stored"),
     (["sim.getApiFunc", "simGetApiFunc"], Empty, EDITOR),
     (["sim.getApiInfo", "simGetApiInfo"], Text(""), EDITOR),
     (["sim.openTextEditor", "simOpenTextEditor"], Text(""), EDITOR),
@@ -127,7 +127,7 @@ const OLD: &[(Names, Gives, &str)] = &[
     ),
     (["sim.getPathPlanningObject", "simGetPathPlanningObject"], Int(-1), PLANNING),
     (["sim.checkCollisionEx", "simCheckCollisionEx"], Int(0), "sim.checkCollision returns whether shapes overlap"),
-    (["sim.exportMesh", "simExportMesh"], Int(-1), "meshes are not written"),
+    (["sim.exportMesh", "simExportMesh"], Int(-1), "meshes cannot be exported"),
     (["sim.exportIk", "simExportIk"], Int(-1), "there is no inverse kinematics"),
     (["sim.setSimulationTimeStep", "simSetSimulationTimeStep"], Int(-1), "the step is set by the scene"),
     (["sim.getSimulationPassesPerRenderingPass", "simGetSimulationPassesPerRenderingPass"], Int(1), WINDOWS),
@@ -157,14 +157,14 @@ const OLD: &[(Names, Gives, &str)] = &[
 
 /// Commands of `sim` without a flat name.
 const MODERN: &[(&str, Gives, &str)] = &[
-    ("sim.getNamedStringParam", Nothing, "the command line passes no parameters to scripts"),
-    ("sim.getNamedBoolParam", Nothing, "the command line passes no parameters to scripts"),
-    ("sim.getNamedFloatParam", Nothing, "the command line passes no parameters to scripts"),
-    ("sim.getNamedInt32Param", Nothing, "the command line passes no parameters to scripts"),
-    ("sim.setNamedStringParam", Nothing, "the command line passes no parameters to scripts"),
-    ("sim.setNamedBoolParam", Nothing, "the command line passes no parameters to scripts"),
-    ("sim.setNamedFloatParam", Nothing, "the command line passes no parameters to scripts"),
-    ("sim.setNamedInt32Param", Nothing, "the command line passes no parameters to scripts"),
+    ("sim.getNamedStringParam", Nothing, "the command line does not pass parameters to scripts"),
+    ("sim.getNamedBoolParam", Nothing, "the command line does not pass parameters to scripts"),
+    ("sim.getNamedFloatParam", Nothing, "the command line does not pass parameters to scripts"),
+    ("sim.getNamedInt32Param", Nothing, "the command line does not pass parameters to scripts"),
+    ("sim.setNamedStringParam", Nothing, "the command line does not pass parameters to scripts"),
+    ("sim.setNamedBoolParam", Nothing, "the command line does not pass parameters to scripts"),
+    ("sim.setNamedFloatParam", Nothing, "the command line does not pass parameters to scripts"),
+    ("sim.setNamedInt32Param", Nothing, "the command line does not pass parameters to scripts"),
     ("sim.setAutoYieldDelay", Nothing, THREADS),
     ("sim.getAutoYieldDelay", Float(0.002), THREADS),
     ("sim.acquireLock", Nothing, THREADS),
@@ -175,8 +175,8 @@ const MODERN: &[(&str, Gives, &str)] = &[
     ("sim.systemSemaphore", Nothing, PROGRAM),
     ("sim.pushUserEvent", Nothing, PROGRAM),
     ("sim.getGenesisEvents", Empty, PROGRAM),
-    ("sim.registerScriptFuncHook", Int(-1), "functions of scripts are not hooked"),
-    ("sim.getStackTraceback", Text(""), "errors report where they happened"),
+    ("sim.registerScriptFuncHook", Int(-1), "functions of scripts cannot be hooked"),
+    ("sim.getStackTraceback", Text(""), "errors are reported with their traceback"),
     ("sim.getUserVariables", Empty, EDITOR),
     ("sim.initScript", Nothing, SCRIPTS),
     ("sim.createScript", Int(-1), SCRIPTS),
@@ -184,16 +184,16 @@ const MODERN: &[(&str, Gives, &str)] = &[
     ("sim.textEditorShow", Nothing, EDITOR),
     ("sim.textEditorClose", Text(""), EDITOR),
     ("sim.textEditorGetInfo", Text(""), EDITOR),
-    ("sim.getPluginInfo", Text(""), "there are no plugins of the original's kind"),
-    ("sim.setPluginInfo", Nothing, "there are no plugins of the original's kind"),
-    ("sim.setModuleInfo", Nothing, "there are no plugins of the original's kind"),
+    ("sim.getPluginInfo", Text(""), "plugins of the original are not supported"),
+    ("sim.setPluginInfo", Nothing, "plugins of the original are not supported"),
+    ("sim.setModuleInfo", Nothing, "plugins of the original are not supported"),
     ("sim.moduleEntry", Int(-1), WINDOWS),
     ("sim.getShapeViz", Empty, LOOKS),
     ("sim.generateTextShape", Int(-1), LOOKS),
-    ("sim.setObjectHierarchyOrder", Nothing, "the order of siblings does not change"),
+    ("sim.setObjectHierarchyOrder", Nothing, "the order of siblings cannot be changed"),
     ("sim.setExplicitHandlingFlags", Nothing, PROGRAM),
-    ("sim.relocateShapeFrame", Int(1), "the frame of a shape does not change"),
-    ("sim.alignShapeBB", Int(1), "the box of a shape is centred on its frame"),
+    ("sim.relocateShapeFrame", Int(1), "the frame of a shape cannot be changed"),
+    ("sim.alignShapeBB", Int(1), "the bounding box of a shape is centred on its frame"),
     ("sim.getObjectFloatArrayParam", Empty, PROGRAM),
     ("sim.setObjectFloatArrayParam", Nothing, PROGRAM),
     ("sim.createCustomObject", Int(-1), PROGRAM),
@@ -210,7 +210,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     }
     let why = "a service listens, but does not report the state of its connections";
     add(offer, "simRemoteApi.status", Some(("simExtRemoteApiStatus", MINUS)), Int(-1), why);
-    // The ROS interface before 2016. Without a node, nothing is sent, and topic names are empty.
+    // The ROS interface from before 2016. Without a node, nothing is sent, and topic names are empty.
     for (name, gives) in [
         ("simExtROS_enablePublisher", Nothing),
         ("simExtROS_enableSubscriber", Nothing),

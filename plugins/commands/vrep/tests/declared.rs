@@ -8,7 +8,7 @@ use std::{
 
 use tatu_plugin_api::abi::*;
 
-/// One declared command.
+/// A declared command.
 struct Declared {
     names: Vec<String>,
     text: String,
@@ -78,10 +78,10 @@ fn names_are_unique() {
 fn every_command_tells_what_it_does() {
     for c in declared().0 {
         let name = &c.names[0];
-        assert!(c.text.ends_with('.'), "{name}: no sentence: {}", c.text);
+        assert!(c.text.ends_with('.'), "{name}: the text is not a sentence: {}", c.text);
         let stub = c.status == TATU_COMMAND_STUB;
         assert!(stub || c.example.contains(name.as_str()), "{name}: {}", c.example);
-        assert!(!stub || !c.notes.is_empty(), "{name}: a stub tells why");
+        assert!(!stub || !c.notes.is_empty(), "{name}: a stub must state why it has no effect");
     }
 }
 
@@ -179,5 +179,5 @@ fn names_stand_in_the_source_as_scripts_write_them() {
     let commands = declared().0;
     let names = commands.iter().flat_map(|c| &c.names).filter(|name| name.contains('.'));
     let missing: Vec<&String> = names.filter(|name| !source.contains(&format!("\"{name}\""))).collect();
-    assert!(missing.is_empty(), "composed somewhere: {missing:?}");
+    assert!(missing.is_empty(), "names that do not occur literally in the sources: {missing:?}");
 }

@@ -1,5 +1,5 @@
-//! glTF 2.0: triangles and their base colours, as the nodes of the scene place them. Skins, morph targets, compressed
-//! primitives and all other parts of materials are left out.
+//! glTF 2.0: triangles and their base colours, placed by the nodes of the scene. Skins, morph targets, compressed
+//! primitives and all other properties of materials are ignored.
 
 use std::rc::Rc;
 
@@ -25,7 +25,8 @@ pub fn read(bytes: &[u8], files: Files<'_>) -> Result<Read, String> {
             buffer::Source::Uri(uri) => load(uri, files),
         };
         let bytes = bytes.filter(|b| b.len() >= buffer.length());
-        buffers.push(bytes.ok_or_else(|| format!("the buffer {} of the glTF file is missing or cut", buffer.index()))?);
+        let missing = || format!("the buffer {} of the glTF file is missing or truncated", buffer.index());
+        buffers.push(bytes.ok_or_else(missing)?);
     }
     let mut walk = Walk { buffers: &buffers, collected: Collected::new() };
     let scene = document.default_scene().or_else(|| document.scenes().next());
@@ -48,29 +49,29 @@ pub fn read(bytes: &[u8], files: Files<'_>) -> Result<Read, String> {
     Ok(Read { model, notes: gallery.notes })
 }
 
-/// Reads and checks the document; of a binary file also the bytes behind it.
+/// Reads and checks the document; also returns the binary chunk, if there is one.
 fn open(bytes: &[u8]) -> Result<(Document, Option<Vec<u8>>), String> {
     let (json, blob) = if bytes.starts_with(b"glTF") { chunks(bytes)? } else { (bytes, None) };
     let root: Root = gltf::json::deserialize::from_slice(json).map_err(|e| e.to_string())?;
-    // The checks of the crate look at these numbers without a check.
+    // The validation of the `gltf` crate would panic if one of these indices were out of range.
     let all = root.meshes.iter().flat_map(|m| &m.primitives);
     let position =
         |p: &gltf::json::mesh::Primitive| p.attributes.get(&Checked::Valid(Semantic::Positions)).map(|a| a.value());
     if let Some(beyond) = all.filter_map(position).find(|a| *a >= root.accessors.len()) {
-        return Err(format!("it has no accessor {beyond}"));
+        return Err(format!("the accessor {beyond} does not exist"));
     }
     Ok((Document::from_json(root).map_err(|e| e.to_string())?, blob))
 }
 
-/// Returns the text of a binary file, and the bytes behind it: a header of 12 bytes, then chunks with their length and
-/// kind.
+/// Returns the JSON text and the binary chunk of a binary file, which consists of a header of 12 bytes, and of chunks
+/// that begin with their length and kind.
 fn chunks(bytes: &[u8]) -> Result<(&[u8], Option<Vec<u8>>), String> {
     let (mut text, mut blob) = (None, None);
     let mut rest = bytes.get(12..).unwrap_or_default();
     while let Some((head, after)) = rest.split_first_chunk::<8>() {
         let [a, b, c, d, kind @ ..] = *head;
         let length = u32::from_le_bytes([a, b, c, d]) as usize;
-        let body = after.get(..length).ok_or("it ends within a chunk")?;
+        let body = after.get(..length).ok_or("the file ends within a chunk")?;
         match &kind {
             b"JSON" if text.is_none() => text = Some(body),
             b"BIN\0" if blob.is_none() => blob = Some(body.to_vec()),
@@ -78,16 +79,16 @@ fn chunks(bytes: &[u8]) -> Result<(&[u8], Option<Vec<u8>>), String> {
         }
         rest = &after[length..];
     }
-    Ok((text.ok_or("it has no chunk with JSON")?, blob))
+    Ok((text.ok_or("the file has no JSON chunk")?, blob))
 }
 
-/// Encodes a linear part of a colour, as images and colours of scenes are.
+/// Converts a component of a colour from linear to sRGB, which images and scenes use.
 fn encoded(x: f64) -> f64 {
     let x = x.clamp(0.0, 1.0);
     if x <= 0.003_130_8 { 12.92 * x } else { 1.055 * libm::pow(x, 1.0 / 2.4) - 0.055 }
 }
 
-/// Returns the bytes behind an address: in it, or in a file.
+/// Returns the bytes to which a URI refers: embedded data, or the content of a file.
 fn load(uri: &str, files: Files<'_>) -> Option<Vec<u8>> {
     match uri.strip_prefix("data:") {
         Some(data) => STANDARD.decode(data.split_once("base64,")?.1).ok(),
@@ -103,7 +104,7 @@ fn picture(
     files: Files<'_>,
 ) -> Option<Rc<Picture>> {
     let name = format!("number {index}");
-    // The crate's own way to an image panics if a file tells neither address nor kind.
+    // Read the JSON, because the crate's own access to an image panics if the URI and the MIME type are missing.
     let image = document.as_json().images.get(index)?;
     match (&image.uri, image.buffer_view) {
         (Some(uri), _) if uri.starts_with("data:") => gallery.bytes(name, load(uri, files).as_deref()),
@@ -138,7 +139,7 @@ impl Walk<'_> {
         let lies = |a: Option<gltf::Accessor<'_>>| a.is_none_or(|a| self.lies(&a));
         let coordinates = primitive.get(&Semantic::TexCoords(0));
         if !(lies(primitive.get(&Semantic::Positions)) && lies(primitive.indices()) && lies(coordinates)) {
-            return Err("the glTF file is damaged: numbers of a mesh are beyond its buffer".into());
+            return Err("the glTF file is damaged: the data of a mesh exceeds its buffer".into());
         }
         let reader = primitive.reader(|buffer| self.buffers.get(buffer.index()).map(Vec::as_slice));
         let Some(positions) = reader.read_positions() else { return Ok(None) };
@@ -160,12 +161,12 @@ impl Walk<'_> {
         if triangles.iter().flatten().any(|i| *i as usize >= points.len()) {
             return Err("a face refers to a point that does not exist".into());
         }
-        // Images begin above in glTF, and below in scenes.
+        // The origin of texture coordinates is the top of the image in glTF, but the bottom in scenes.
         let coordinates = reader.read_tex_coords(0).map(|t| t.into_f32().map(|[x, y]| [x, 1.0 - y]).collect());
         Ok(Some(Piece { points, triangles, coordinates: coordinates.unwrap_or_default(), ..Default::default() }))
     }
 
-    /// Returns whether the numbers of an accessor lie in its buffer. Sparse ones, which refer to others, are refused.
+    /// Returns whether the data of an accessor is within its buffer. Sparse accessors are not supported.
     fn lies(&self, accessor: &gltf::Accessor<'_>) -> bool {
         if accessor.sparse().is_some() {
             return false;

@@ -1,7 +1,7 @@
-//! Reads mesh files for importers, and makes shapes of them: Wavefront OBJ with its materials, STL, PLY, COLLADA and
+//! Reads mesh files for importers, and builds shapes from them: Wavefront OBJ with its materials, STL, PLY, COLLADA and
 //! glTF.
 //!
-//! Files are not trusted: whatever their bytes, the result is a model or an error of one sentence.
+//! Files are not trusted: for any bytes, the result is a model or an error in one sentence.
 
 mod collada;
 mod gltf;
@@ -18,10 +18,11 @@ pub use shape::Shapes;
 
 use model::few;
 
-/// Suffixes of files that can be read, in lower case.
+/// Suffixes of the supported file formats, in lower case.
 pub const SUFFIXES: &[&str] = &[".obj", ".stl", ".ply", ".dae", ".gltf", ".glb"];
 
-/// Reads a mesh file; the suffix of its name tells the format where its first bytes do not. The error is one sentence.
+/// Reads a mesh file. The format is determined from its first bytes or else from the suffix of its name. The error is
+/// one sentence.
 pub fn read(name: &str, bytes: &[u8], files: Files<'_>) -> Result<Read, String> {
     let lower = name.to_lowercase();
     let is = |suffix: &str| lower.ends_with(suffix);
@@ -48,7 +49,7 @@ pub fn read(name: &str, bytes: &[u8], files: Files<'_>) -> Result<Read, String> 
             return Err("a face refers to a point that does not exist".into());
         }
         if piece.points.iter().flatten().any(|x| !x.is_finite()) {
-            return Err("a point is not finite".into());
+            return Err("a point has a coordinate that is not finite".into());
         }
         let whole = piece.coordinates.len() == n && piece.coordinates.iter().flatten().all(|x| x.is_finite());
         if !whole {

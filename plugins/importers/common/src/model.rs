@@ -1,4 +1,4 @@
-//! What mesh files contain.
+//! The content of a mesh file.
 
 use std::rc::Rc;
 
@@ -6,58 +6,58 @@ use nalgebra::{Isometry3, Matrix4, Point3, Vector3};
 
 use crate::picture::Picture;
 
-/// Most triangles of a file.
+/// Maximum number of triangles of a file.
 pub const MOST_TRIANGLES: usize = 4_000_000;
 
-/// Greatest depth of nodes within nodes.
+/// Maximum nesting depth of nodes.
 const DEEPEST: usize = 64;
 
-/// Most nodes that are visited: those that several others refer to count each time, so that a small file of nodes that
-/// refer to each other cannot keep an importer busy for ever.
+/// Maximum number of visits of nodes. A node with several references is visited for each of them, so without this
+/// limit, a small file could keep an importer busy practically forever.
 const MOST_VISITS: usize = 100_000;
 
-/// What a file contains: one piece per material.
+/// The triangles of a file, divided into one piece per material.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Model {
-    /// The pieces; each has triangles.
+    /// The pieces, none of which is empty.
     pub pieces: Vec<Piece>,
-    /// Whether the file says that y is up; otherwise z is, or the file does not say.
+    /// Whether the file specifies that y is up; otherwise, z is up, or the file does not specify it.
     pub y_up: bool,
 }
 
-/// Triangles of one material, in metres where the file tells its unit.
+/// Triangles with the same material, in metres if the file specifies its unit.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Piece {
     /// Corner points.
     pub points: Vec<[f64; 3]>,
     /// Three indices of points per triangle, counter-clockwise as seen from outside.
     pub triangles: Vec<[u32; 3]>,
-    /// Place of each point in the image, 0 to 1 to the right and up; empty if the file has none.
+    /// Texture coordinates of each point, 0 to 1 to the right and upwards; empty if the file has none.
     pub coordinates: Vec<[f32; 2]>,
     /// Red, green and blue of the material, each 0 to 1.
     pub color: Option<[f64; 3]>,
-    /// The image of the material. There are coordinates then.
+    /// The image of the material; if present, `coordinates` is not empty.
     pub picture: Option<Rc<Picture>>,
 }
 
-/// A model, and what was left out of it: one sentence each.
+/// A model, and notes on omitted parts, one sentence each.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Read {
     /// The model.
     pub model: Model,
-    /// Images that are missing or damaged, and the like.
+    /// Notes on omitted parts, such as missing or damaged images.
     pub notes: Vec<String>,
 }
 
 impl Read {
-    /// Returns a model of one piece.
+    /// Creates a model that consists of a single piece.
     pub(crate) fn of(piece: Piece) -> Self {
         Read { model: Model { pieces: vec![piece], y_up: false }, notes: Vec::new() }
     }
 }
 
 impl Model {
-    /// Turns a model whose y axis is up so that z is up.
+    /// Rotates a model whose y axis is up, so that the z axis is up.
     pub fn stand(&mut self) {
         if std::mem::take(&mut self.y_up) {
             self.pieces.iter_mut().flat_map(|p| &mut p.points).for_each(|p| *p = [p[0], -p[2], p[1]]);
@@ -65,7 +65,7 @@ impl Model {
     }
 }
 
-/// Returns the points and triangles of pieces as one mesh, without materials.
+/// Returns the points and triangles of several pieces as a single mesh, without materials.
 pub fn merged(pieces: &[Piece]) -> (Vec<[f64; 3]>, Vec<[u32; 3]>) {
     let (mut points, mut triangles) = (Vec::new(), Vec::new());
     for piece in pieces {
@@ -90,7 +90,7 @@ impl Piece {
     }
 }
 
-/// Pieces that are being collected from the nodes of a scene, one per material, in the order in which they were met.
+/// Pieces that are being collected from the nodes of a scene, one per material, in the order of their first use.
 pub(crate) struct Collected<K> {
     pub pieces: Vec<(K, Piece)>,
     triangles: usize,
@@ -102,18 +102,18 @@ impl<K: PartialEq> Collected<K> {
         Collected { pieces: Vec::new(), triangles: 0, visits: 0 }
     }
 
-    /// Counts the visit of a node at a depth.
+    /// Counts the visit of a node at the given depth; returns an error if a limit is exceeded.
     pub(crate) fn visit(&mut self, depth: usize) -> Result<(), String> {
         self.visits += 1;
         match depth > DEEPEST || self.visits > MOST_VISITS {
-            true => Err(format!(
-                "the file has more than {DEEPEST} nodes within nodes, or more than {MOST_VISITS} nodes in all"
-            )),
+            true => {
+                Err(format!("the file has more than {DEEPEST} nested nodes, or more than {MOST_VISITS} nodes in total"))
+            }
             false => Ok(()),
         }
     }
 
-    /// Returns the piece of a material, to which so many triangles will be added.
+    /// Returns the piece of a material, to which `triangles` triangles will be added.
     pub(crate) fn piece(&mut self, material: K, triangles: usize) -> Result<&mut Piece, String> {
         self.triangles += triangles;
         few(self.triangles)?;
@@ -125,25 +125,25 @@ impl<K: PartialEq> Collected<K> {
     }
 }
 
-/// Adds the triangles of a node to a piece, transformed. A transform that mirrors reverses their winding, which is
-/// undone.
+/// Adds the transformed triangles of a node to a piece. A transform that mirrors would reverse their winding; this is
+/// corrected.
 pub(crate) fn place(piece: &mut Piece, more: &Piece, transform: &Matrix4<f64>) {
     let (first, had) = (piece.points.len() as u32, piece.points.len());
     piece.points.extend(more.points.iter().map(|p| <[f64; 3]>::from(transform.transform_point(&Point3::from(*p)))));
     let mirrors = transform.fixed_view::<3, 3>(0, 0).determinant() < 0.0;
     piece.triangles.extend(more.triangles.iter().map(|t| turned(t.map(|i| i + first), mirrors)));
-    // Pieces of which one part has no coordinates have none.
+    // If a part has no texture coordinates, the whole piece has none.
     if piece.coordinates.len() == had {
         piece.coordinates.extend_from_slice(&more.coordinates);
     }
 }
 
-/// Reverses the winding of a triangle that is mirrored.
+/// Reverses the winding of a triangle if `mirrors` is set.
 fn turned([a, b, c]: [u32; 3], mirrors: bool) -> [u32; 3] {
     if mirrors { [a, c, b] } else { [a, b, c] }
 }
 
-/// Refuses more triangles than are supported.
+/// Returns an error if the number of triangles exceeds the limit.
 pub(crate) fn few(triangles: usize) -> Result<(), String> {
     match triangles > MOST_TRIANGLES {
         true => Err(format!("the mesh has {triangles} triangles; at most {MOST_TRIANGLES} are supported")),

@@ -1,4 +1,4 @@
-//! Wavefront OBJ. Groups of one material are one piece.
+//! Wavefront OBJ. Groups with the same material form a piece.
 
 use std::{cell::RefCell, io::Cursor};
 
@@ -16,9 +16,9 @@ pub fn read(bytes: &[u8], files: Files<'_>) -> Result<Read, String> {
         let name = path.to_string_lossy();
         let found = files(&name).ok_or(LoadError::OpenFileFailed);
         let read = found.and_then(|bytes| tobj::load_mtl_buf(&mut Cursor::new(bytes)));
-        // A mesh without its colours is better than none.
+        // Missing materials are not an error, because the mesh is also useful without colours.
         Ok(read.unwrap_or_else(|e| {
-            notes.borrow_mut().push(format!("the materials in `{name}` are left out: {e}"));
+            notes.borrow_mut().push(format!("the materials in `{name}` are ignored: {e}"));
             Default::default()
         }))
     };

@@ -4,10 +4,11 @@ use std::{collections::HashMap, io::Cursor, rc::Rc};
 
 use image::io::{Limits, Reader};
 
-/// Greatest number of pixels: that of images in a scene.
+/// Maximum number of pixels, the same as for images in a scene.
 const MOST_PIXELS: u64 = 16 << 20;
 
-/// Gives the bytes of a file that a mesh file refers to, by its name relative to that; `None`: there is none.
+/// Callback that returns the content of a file to which a mesh file refers, or `None` if it does not exist. The name is
+/// relative to the mesh file.
 pub type Files<'a> = &'a dyn Fn(&str) -> Option<Vec<u8>>;
 
 /// An image.
@@ -22,12 +23,12 @@ pub struct Picture {
 }
 
 impl Picture {
-    /// Decodes the bytes of a file; the error says what is wrong with it.
+    /// Decodes the content of an image file; the error describes what is wrong with it.
     pub fn decode(bytes: &[u8]) -> Result<Self, String> {
         let open = || Reader::new(Cursor::new(bytes)).with_guessed_format().map_err(|e| e.to_string());
         let mut reader = open()?;
         if reader.format().is_none() {
-            return Err("it is not in a format that can be read: PNG, JPEG, BMP, TIFF or PNM".into());
+            return Err("its format is not supported; expected PNG, JPEG, BMP, TIFF or PNM".into());
         }
         let (columns, rows) = open()?.into_dimensions().map_err(|e| e.to_string())?;
         if columns == 0 || rows == 0 || u64::from(columns) * u64::from(rows) > MOST_PIXELS {
@@ -41,11 +42,11 @@ impl Picture {
     }
 }
 
-/// Images of a file by their names; each is read once.
+/// Images of a mesh file, by name; each is read only once.
 pub struct Gallery<'a> {
     files: Files<'a>,
     known: HashMap<String, Option<Rc<Picture>>>,
-    /// What could not be read.
+    /// Notes on images that could not be read.
     pub notes: Vec<String>,
 }
 
@@ -54,7 +55,7 @@ impl<'a> Gallery<'a> {
         Gallery { files, known: HashMap::new(), notes: Vec::new() }
     }
 
-    /// Returns the image in a file that the mesh file names.
+    /// Returns the image in a separate file.
     pub fn file(&mut self, name: &str) -> Option<Rc<Picture>> {
         let name = name.trim().replace('\\', "/");
         let name = name.strip_prefix("file://").unwrap_or(&name).trim_start_matches("./").replace("%20", " ");
@@ -65,7 +66,7 @@ impl<'a> Gallery<'a> {
         self.keep(name, bytes.and_then(|b| Picture::decode(&b)))
     }
 
-    /// Returns the image in bytes that the mesh file contains.
+    /// Returns an image that is embedded in the mesh file.
     pub fn bytes(&mut self, name: String, bytes: Option<&[u8]>) -> Option<Rc<Picture>> {
         if let Some(known) = self.known.get(&name) {
             return known.clone();
@@ -78,7 +79,7 @@ impl<'a> Gallery<'a> {
         let kept = match read {
             Ok(picture) => Some(Rc::new(picture)),
             Err(why) => {
-                self.notes.push(format!("the image `{name}` is left out: {why}"));
+                self.notes.push(format!("the image `{name}` is ignored: {why}"));
                 None
             }
         };

@@ -1,4 +1,4 @@
-//! PLY, text or binary.
+//! PLY, as text or binary.
 
 use std::io::{BufReader, Cursor};
 
@@ -9,7 +9,7 @@ use ply_rs_bw::{
 
 use crate::model::{Piece, few};
 
-/// A vertex of a PLY file: its position and, under the names that are common, its place in an image.
+/// A vertex of a PLY file: its position and its texture coordinates, for which several property names are common.
 #[derive(Default)]
 struct Vertex {
     position: [f64; 3],
@@ -63,7 +63,7 @@ pub fn read(bytes: &[u8]) -> Result<Piece, String> {
     let points = Parser::<Vertex>::new();
     let faces = Parser::<Face>::new();
     let header = points.read_header(&mut reader).map_err(|e| wrong(&e))?;
-    // Every element takes at least one byte, so a larger count is invalid; the parser would reserve memory for it.
+    // Every element occupies at least one byte, so a larger count is invalid; the parser would allocate memory for it.
     if let Some((name, e)) = header.elements.iter().find(|(_, e)| e.count > bytes.len()) {
         return Err(format!(
             "the PLY file is incomplete or damaged: it declares {} elements `{name}`, more than it has bytes",
@@ -83,7 +83,7 @@ pub fn read(bytes: &[u8]) -> Result<Piece, String> {
             "face" => {
                 let read = faces.read_payload_for_element(&mut reader, element, &header).map_err(|e| wrong(&e))?;
                 for corners in read.iter().map(|f| f.0.as_slice()) {
-                    // Polygons are triangulated as fans.
+                    // Triangulate the polygon as a fan.
                     let fan = corners.windows(2).skip(1).map(|w| [corners[0], w[0], w[1]]);
                     out.triangles.extend(fan);
                     few(out.triangles.len())?;

@@ -1,4 +1,4 @@
-//! Shapes of what mesh files contain.
+//! Builds shapes from the content of mesh files.
 
 use std::rc::Rc;
 
@@ -6,13 +6,13 @@ use tatu_plugin_api::safe::{Builder, Node, Result, Value};
 
 use crate::{model::Piece, picture::Picture};
 
-/// Makes shapes of pieces, and adds each image to the scene once.
+/// Builds shapes from pieces; each image is added to the scene only once.
 #[derive(Default)]
 pub struct Shapes(Vec<(Rc<Picture>, i64)>);
 
 impl Shapes {
-    /// Makes an object a shape of pieces: a mesh, or of several pieces a compound of meshes. Without `materials` it has
-    /// neither their colours nor their images.
+    /// Makes an object a shape that consists of pieces: a mesh, or for several pieces, a compound of meshes. Without
+    /// `materials`, the shape has neither their colours nor their images.
     pub fn shape<'a>(
         &mut self,
         builder: &Builder<'a>,
@@ -36,7 +36,8 @@ impl Shapes {
         node.set("shape.primitive", "compound")?.set("shape.parts", Value::List(parts))
     }
 
-    /// Adds the mesh of a piece; returns it and its material as keys, which shapes and parts of shapes share.
+    /// Adds the mesh of a piece; returns the mesh and its material as properties, whose keys are the same for shapes
+    /// and for parts of shapes.
     fn keys(&mut self, builder: &Builder<'_>, piece: &Piece, materials: bool) -> Result<Vec<(&'static str, Value)>> {
         let number = builder.textured_mesh(&piece.points, &piece.coordinates, &piece.triangles)?;
         let mut keys = vec![("mesh", Value::Int(number))];
@@ -47,7 +48,7 @@ impl Shapes {
         Ok(keys)
     }
 
-    /// Returns the property `texture` of a piece that has an image.
+    /// Returns the property `texture` of a piece, or `None` if the piece has no image.
     fn texture(&mut self, builder: &Builder<'_>, piece: &Piece) -> Result<Option<Value>> {
         let Some(picture) = &piece.picture else { return Ok(None) };
         let known = self.0.iter().find(|(known, _)| Rc::ptr_eq(known, picture)).map(|(_, number)| *number);

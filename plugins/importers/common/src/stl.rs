@@ -1,10 +1,10 @@
-//! STL, binary or text.
+//! STL, as text or binary.
 
 use std::io::Cursor;
 
 use crate::model::{Piece, few};
 
-/// Returns whether the length of the bytes fits a binary file, by the number of triangles that stands in it.
+/// Returns whether the size of the file is that of a binary file with the number of triangles declared in it.
 fn is_binary(bytes: &[u8]) -> bool {
     let Some(count) = bytes.get(80..84) else { return false };
     let count = u32::from_le_bytes([count[0], count[1], count[2], count[3]]);
@@ -18,7 +18,7 @@ pub fn is_stl(bytes: &[u8]) -> bool {
 pub fn read(bytes: &[u8]) -> Result<Piece, String> {
     let mut bytes = bytes.to_vec();
     if is_binary(&bytes) {
-        // Many programs begin the header of binary files with `solid`, so that they look like text; blanks avoid that.
+        // Many programs write binary files whose header begins with `solid`, which the parser would read as text.
         bytes[..80].fill(b' ');
     }
     let mesh =

@@ -1,4 +1,4 @@
-//! Small files of all formats; and the same files cut and with wrong bytes.
+//! Tests with small files of all formats, and with the same files truncated or with modified bytes.
 
 use base64::{Engine as _, engine::general_purpose::STANDARD};
 
@@ -11,7 +11,7 @@ const PLY: &str = "ply\nformat ascii 1.0\ncomment a triangle\nelement vertex 3\n
 const OBJ: &str = "mtllib a.mtl\nv 0 0 0\nv 1 0 0\nv 0 2 0\nvt 0 0\nvt 1 0\nvt 0 1\nusemtl red\nf 1 2 3\nusemtl wood\nf 1/1 3/3 2/2\n";
 const MTL: &str = "newmtl red\nKd 1 0 0\nnewmtl wood\nKd 0.5 0.5 0.5\nmap_Kd -s 1 1 1 wood.png\n";
 
-/// A triangle in mm, lifted by a node, turned by another, seen twice.
+/// A triangle in mm, moved up by a node, rotated by another node, and instantiated twice.
 const DAE: &str = r##"<?xml version="1.0"?>
 <COLLADA xmlns="http://www.collada.org/2005/11/COLLADASchema" version="1.4.1">
 <asset><unit name="millimeter" meter="0.001"/><up_axis>Z_UP</up_axis></asset>
@@ -44,7 +44,7 @@ const DAE: &str = r##"<?xml version="1.0"?>
 </visual_scene></library_visual_scenes>
 <scene><instance_visual_scene url="#s"/></scene></COLLADA>"##;
 
-/// A triangle of two metres' height; its node is moved by 5 m, and its colour is linear.
+/// A triangle with a height of 2 m, whose node is moved by 5 m, and whose colour is linear.
 fn gltf() -> String {
     let mut buffer = Vec::new();
     let positions: [f32; 9] = [0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 2.0, 0.0];
@@ -70,7 +70,7 @@ fn gltf() -> String {
     )
 }
 
-/// An image of one brown pixel, and the materials of the OBJ file.
+/// Returns the files next to the mesh: an image of one brown pixel, and the materials of the OBJ file.
 fn beside(name: &str) -> Option<Vec<u8>> {
     match name {
         "a.mtl" => Some(MTL.into()),
@@ -110,7 +110,7 @@ fn all_formats_give_the_same_triangle() {
     assert_eq!(fan.pieces[0].triangles, [[0, 1, 2], [0, 2, 1]]);
 }
 
-/// Numbers written with all digits are read back exactly, and points keep their order.
+/// Numbers with all digits are read exactly, and points retain their order.
 #[test]
 fn numbers_of_ply_are_exact() {
     let text = PLY.replace("1 0 0 9", "0.1 1e-300 -123456.78901234567 9");
@@ -136,10 +136,10 @@ fn materials_of_obj_are_pieces() {
 fn nodes_of_collada_place_geometries() {
     let [wood, green] = &good(DAE.as_bytes()).pieces[..] else { panic!("two materials") };
     assert_eq!((wood.points.len(), wood.triangles.len(), green.triangles.len()), (8, 4, 2));
-    // Lifted by a metre and turned: x became y.
+    // The triangle was moved up by 1 m and rotated, so that x became y.
     let near = |p: [f64; 3], q: [f64; 3]| p.iter().zip(q).all(|(a, b)| (a - b).abs() < 1e-12);
     assert!(near(wood.points[1], [0.0, 1.0, 1.0]) && near(wood.points[2], [-2.0, 1.0, 1.0]), "{:?}", wood.points);
-    // Mirrored, and its outside is still above.
+    // The second instance is mirrored, but its outside still faces up.
     assert!(near(wood.points[5], [-1.0, 0.0, 0.0]));
     let up = |t: [u32; 3]| {
         let [a, b, c] = t.map(|i| nalgebra::Vector3::from(wood.points[i as usize]));
@@ -157,15 +157,15 @@ fn nodes_of_gltf_place_meshes() {
     let mut model = good(gltf().as_bytes());
     let piece = &model.pieces[0];
     assert_eq!(piece.points[1], [6.0, 0.0, 0.0]);
-    assert_eq!(piece.coordinates, [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]], "the image begins below");
+    assert_eq!(piece.coordinates, [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]], "the origin is the lower left corner");
     let [r, g, b] = piece.color.unwrap();
     assert!((r - 0.502).abs() < 1e-3 && (g - 1.0).abs() < 1e-9 && b == 0.0, "{r} {g} {b}");
     assert!(piece.picture.is_some());
     model.stand();
-    assert_eq!(model.pieces[0].points[2], [5.0, 0.0, 2.0], "what was up is up");
+    assert_eq!(model.pieces[0].points[2], [5.0, 0.0, 2.0], "the y axis of the file becomes the z axis");
 }
 
-/// The same as a binary file, with the numbers behind the text.
+/// A binary file with the same content is read identically.
 #[test]
 fn binary_gltf_is_the_same() {
     let text = gltf();
@@ -189,20 +189,20 @@ fn binary_gltf_is_the_same() {
     }
 }
 
-/// A file of a few lines whose nodes would be visited 2^40 times ends at once.
+/// A file of a few lines whose nodes would be visited 2^40 times is rejected immediately.
 #[test]
 fn nodes_that_refer_to_each_other_twice_are_refused() {
     let chain: String = (0..40)
         .map(|i| format!("<node id='n{i}'><instance_node url='#n{0}'/><instance_node url='#n{0}'/></node>", i + 1))
         .collect();
     let error = read("", DAE.replace("<node><translate>", &format!("{chain}<node><translate>")).as_bytes(), &beside);
-    assert!(error.unwrap_err().contains("nodes in all"));
+    assert!(error.unwrap_err().contains("nodes in total"));
     let nodes: String = (1..=40).map(|i| format!(", {{\"children\": [{0}, {0}]}}", i + 1)).collect();
     let text = gltf().replace("\"translation\": [5, 0, 0]}", &format!("\"children\": [1, 1]}}{nodes}, {{}}"));
-    assert!(read("", text.as_bytes(), &beside).unwrap_err().contains("nodes in all"));
+    assert!(read("", text.as_bytes(), &beside).unwrap_err().contains("nodes in total"));
 }
 
-/// Geometries without an id are told apart.
+/// Geometries without an id are distinguished.
 #[test]
 fn a_file_without_a_scene_is_all_of_its_geometries() {
     let text = DAE.replace("<scene><instance_visual_scene url=\"#s\"/></scene>", "");
@@ -214,7 +214,7 @@ fn a_file_without_a_scene_is_all_of_its_geometries() {
     assert_eq!(triangles, (2 + 1) + (2 + 2));
 }
 
-/// Files that end early, and with one wrong byte at each place: an error or a model, and no panic.
+/// Truncated files, and files with one modified byte at each offset, result in an error or a model, but never a panic.
 #[test]
 fn cut_and_wrong_files_are_errors() {
     for text in [STL, PLY, OBJ, DAE, &gltf()] {
@@ -234,10 +234,10 @@ fn cut_and_wrong_files_are_errors() {
     assert!(wrong(DAE.replace("<vcount>4", "<vcount>5")).contains("corners"));
     assert!(wrong(gltf().replace("\"byteLength\": 36", "\"byteLength\": 24")).contains("glTF"));
     assert!(wrong(DAE.replace("<vcount>4", "<vcount>18446744073709551615")).contains("corners"));
-    // A primitive with so many numbers per corner has no corner.
+    // A primitive with this number of indices per corner has no corners.
     let far = good(DAE.replace("offset=\"0\"/><p>", "offset=\"18446744073709551615\"/><p>").as_bytes());
     assert_eq!(far.pieces.len(), 1);
     let round = DAE.replace("<node><matrix>", "<node id='x'><instance_node url='#x'/><matrix>");
-    assert!(wrong(round).contains("nodes within nodes"));
+    assert!(wrong(round).contains("nested nodes"));
     assert!(read("", b"v 0 0 0\n", &beside).is_err() && read("", b"", &beside).is_err());
 }

@@ -1,4 +1,4 @@
-//! Importer for mesh files: Wavefront OBJ, STL, PLY, COLLADA and glTF. It makes a shape of the file.
+//! Importer for mesh files: Wavefront OBJ, STL, PLY, COLLADA and glTF. It builds a shape from the file.
 
 use tatu_importers_common::{SUFFIXES, Shapes, read};
 use tatu_plugin_api::{
@@ -33,14 +33,14 @@ impl Importer for MeshFile {
             Param::float("scale")
                 .range(1e-9, 1e9)
                 .default(1.0)
-                .text("Factor for the numbers of the file: 0.001 for mm. COLLADA files tell their unit."),
-            Param::bool("respondable").default(false).text("Whether it collides."),
-            Param::bool("materials").default(true).text("Whether it has the colors and images of the file."),
+                .text("Factor for the lengths in the file: 0.001 for mm. COLLADA files specify their unit."),
+            Param::bool("respondable").default(false).text("Whether the shape collides."),
+            Param::bool("materials").default(true).text("Whether the shape has the colors and images of the file."),
         ]
     }
 
     fn sniff(head: &[u8]) -> u32 {
-        // OBJ and STL files have no magic number: they are recognized by their suffix.
+        // OBJ and STL files have no magic number, so they are recognized by their suffix.
         let magic: [&[u8]; 3] = [b"ply\n", b"ply\r\n", b"glTF"];
         if magic.iter().any(|m| head.starts_with(m)) { 80 } else { 0 }
     }

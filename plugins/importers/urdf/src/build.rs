@@ -1,7 +1,7 @@
-//! Builds the robot in the scene: shape - joint - shape, as physics connects bodies.
+//! Builds the robot in the scene as chains of shape, joint, shape and so on.
 //!
-//! The shape of a body has the collision geometry and the mass. Visuals are children of it, one shape each; a body
-//! without visuals shows its collision geometry.
+//! The shape of a body has the collision geometry and the mass. Visuals are child shapes of it; the collision geometry
+//! of a body without visuals is visible.
 
 use nalgebra::{Isometry3, Vector3};
 use tatu_importers_common::merged;
@@ -18,7 +18,7 @@ use crate::{
     tree::{Body, Tree, finite, pose},
 };
 
-/// Collision mask: collides with everything except the same robot, whose links touch at the joints.
+/// Collision mask of a link, which collides with everything except the same robot, because its links touch at joints.
 const MASK: i64 = 0xFF00;
 
 /// Settings from the importer's parameters.
@@ -31,7 +31,7 @@ pub struct Settings {
 }
 
 impl Settings {
-    /// Reads the parameters; if `fixed_base` is missing, the root link's name decides.
+    /// Reads the parameters; if `fixed_base` is missing, it is true if the root link is named `world`.
     pub fn read(params: &Params<'_>, robot: &Robot, tree: &Tree) -> Result<Self> {
         let root = &robot.links[tree.bodies[0].links[0].0];
         Ok(Settings {
@@ -44,7 +44,7 @@ impl Settings {
     }
 }
 
-/// A geometry, the alias of its object, and the color that the file gives it.
+/// A geometry, the alias of its object, and its color in the file.
 type Named = (Solid, String, Option<[f64; 3]>);
 
 /// State shared by the functions that build a body.
@@ -56,7 +56,7 @@ struct Work<'w, 'b> {
     meshes: Meshes,
 }
 
-/// Builds the robot, beginning with the body of the root link.
+/// Builds the robot, starting with the body of the root link.
 pub fn robot(builder: &Builder<'_>, robot: &Robot, outline: &Outline, tree: &Tree, settings: &Settings) -> Result {
     let masses: Vec<Mass> = tree.bodies.iter().map(|b| mass(b, robot, outline)).collect::<Result<_>>()?;
     let total: f64 = masses.iter().map(|m| m.mass).sum();
@@ -81,7 +81,7 @@ pub fn robot(builder: &Builder<'_>, robot: &Robot, outline: &Outline, tree: &Tre
     Ok(())
 }
 
-/// Adds a line to an error that has none.
+/// Adds a line number to an error that has none.
 fn located(e: Fail, line: u64) -> Fail {
     if e.place().is_some() { e } else { e.at("", line) }
 }
@@ -108,7 +108,7 @@ fn joint<'a>(
     let limit = &joint.limit;
     let what = format!("limit of the joint `{}`", joint.name);
     if [limit.lower, limit.upper, limit.effort, limit.velocity].iter().any(|x| x.is_nan()) {
-        return Err(Fail::argument(format!("{what}: one of its values is not a number")).at("", line));
+        return Err(Fail::argument(format!("{what}: a value is not a number")).at("", line));
     }
     let slides = joint.joint_type == JointType::Prismatic;
     let node = builder.object("joint", Some(parent), &alias(&joint.name))?;
@@ -152,10 +152,11 @@ fn is_geared(robot: &Robot, joint: usize) -> bool {
     robot.joints[joint].mimic.is_some() || robot.joints.iter().any(mimics)
 }
 
-/// Links lighter than this whose joints are coupled to other joints get an armature, kg.
+/// Mass, in kg, below which a link whose joint is coupled to another joint gets an armature.
 const LIGHT: f64 = 0.1;
-/// Mass at the end of such a link, kg, to which the armature is equivalent. It represents the rotor, which URDF files
-/// leave out. Without it, coupled fingers of 15 g cannot hold 0.2 kg at every closing speed; with it, they hold 0.5 kg.
+/// Mass at the end of such a link, in kg, to which the armature is equivalent. It represents the rotor, which URDF
+/// files do not describe. Without it, coupled fingers of 15 g cannot hold 0.2 kg at every closing speed; with it, they
+/// can hold 0.5 kg.
 const ROTOR: f64 = 0.05;
 
 fn steady(builder: &Builder<'_>, node: Node<'_>, joint: &Joint, body: &Body, mass: &Mass) -> Result {
@@ -163,7 +164,7 @@ fn steady(builder: &Builder<'_>, node: Node<'_>, joint: &Joint, body: &Body, mas
         return Ok(());
     }
     let centre = body.below * nalgebra::Point3::from(mass.com);
-    // A uniform rod is twice as long as the distance of its centre of mass.
+    // A uniform rod is twice as long as the distance from its end to its centre of mass.
     let length = 2.0 * centre.coords.xy().norm();
     let (armature, unit) = match joint.joint_type {
         JointType::Prismatic => (ROTOR, "kg"),
@@ -171,8 +172,8 @@ fn steady(builder: &Builder<'_>, node: Node<'_>, joint: &Joint, body: &Body, mas
     };
     node.set("joint.armature", armature)?;
     let text = format!(
-        "it is geared, and what hangs on it weighs {:.0} g: it gets an armature of {armature:.2e} {unit}, so that it holds what \
-         it grips; set `armature_kg` or `armature_kg_m2` to what its motor has",
+        "the joint is coupled, and its link weighs only {:.0} g: an armature of {armature:.2e} {unit} is assumed, so \
+         that grips are stable; set `armature_kg` or `armature_kg_m2` to the value of its motor",
         mass.mass * 1e3
     );
     builder.report(TATU_REPORT_NOTE, Some(node), &text);
@@ -183,8 +184,8 @@ impl<'b> Work<'_, 'b> {
     fn body(&mut self, body: &Body, parent: Option<Node<'b>>, mass: &Mass, total: f64) -> Result<Node<'b>> {
         let (builder, robot) = (self.builder, self.robot);
         let root = parent.is_none();
-        // The base is named after the robot. Its root link is a child of it, like all links that are fixed to a
-        // different one.
+        // The base has the name of the robot. The root link is a child of the base, like every link that is fixed to
+        // another link.
         let name = if root { &robot.name } else { &robot.links[body.links[0].0].name };
         let name = if name.is_empty() { "robot" } else { name };
         let node = builder.object("shape", parent, &alias(name))?;
@@ -209,7 +210,8 @@ impl<'b> Work<'_, 'b> {
         Ok(node)
     }
 
-    /// Returns the collision geometry or the visuals of a body, each with a name and the color that the file gives it.
+    /// Returns the collision geometry of a body, or its visuals if `seen` is set, each with a name and its color in the
+    /// file.
     fn solids(&mut self, body: &Body, node: Node<'b>, seen: bool) -> Result<Vec<Named>> {
         let mut out = Vec::new();
         for (link, frame) in &body.links {
@@ -238,7 +240,7 @@ impl<'b> Work<'_, 'b> {
         Ok(out)
     }
 
-    /// Returns the visual's own color, or that of the robot's material of the same name.
+    /// Returns the visual's own color, or that of the robot's material with the same name.
     fn color(&self, visual: &urdf_rs::Visual) -> Option<[f64; 3]> {
         let material = visual.material.as_ref()?;
         let named = || self.robot.materials.iter().find(|m| m.name == material.name).and_then(|m| m.color.as_ref());
@@ -251,8 +253,8 @@ impl<'b> Work<'_, 'b> {
             .set("shape.respondable_mask", MASK)?
             .set("shape.friction", self.settings.friction)?;
         if let [(Solid { pose, form: Form::Mesh(pieces) }, ..)] = solids {
-            // A mesh that is the only form is used as its convex hull: a hollow mesh has no inside from which bodies
-            // are pushed out.
+            // A mesh that is the only collision geometry is replaced by its convex hull, because a hollow mesh has no
+            // inside from which bodies are pushed out.
             let (points, triangles) = merged(&pieces.iter().map(|p| p.moved([1.0; 3], pose)).collect::<Vec<_>>());
             let number = self.builder.mesh(&points, &triangles)?;
             node.set("shape.primitive", "mesh")?.set("shape.mesh", number)?.set("shape.convex", true)?;
@@ -273,8 +275,8 @@ impl<'b> Work<'_, 'b> {
         Ok(())
     }
 
-    /// Returns a sphere that replaces a cylinder coaxial with the joint above: a cylinder touches the floor along a
-    /// line, which slows the turning of a robot.
+    /// Returns a sphere that replaces a cylinder coaxial with the joint above, because a cylinder touches the floor
+    /// along a line, which slows the rotation of a robot.
     fn ball(&self, body: &Body, solid: &Solid) -> Option<Solid> {
         let Form::Primitive("cylinder", [d, _, length]) = solid.form else { return None };
         let axis = body.below.inverse() * Vector3::z();
@@ -289,8 +291,8 @@ impl<'b> Work<'_, 'b> {
     fn weigh(&self, node: Node<'b>, name: &str, mass: &Mass, total: f64) -> Result {
         node.set("shape.dynamic", true)?;
         if mass.mass <= 0.0 {
-            // Physics cannot move a body without mass. A hundredth of the robot's mass changes little and can still be
-            // solved.
+            // Physics cannot move a body without mass. A hundredth of the robot's mass has little effect, and is large
+            // enough for the solver.
             let m = (total * 0.01).max(0.001);
             let text = format!("the link can move but has no mass: {m:.3} kg is assumed; add an <inertial>");
             self.builder.report(TATU_REPORT_WARNING, Some(node), &text);
@@ -311,7 +313,7 @@ impl<'b> Work<'_, 'b> {
     }
 }
 
-/// Reports all parts of the file that have no effect here.
+/// Reports all parts of the file that are not supported.
 fn tell(builder: &Builder<'_>, robot: &Robot, outline: &Outline, tree: &Tree) {
     let warn = |text: String| builder.report(TATU_REPORT_WARNING, None, &text);
     for j in &tree.stiffened {
@@ -324,6 +326,6 @@ fn tell(builder: &Builder<'_>, robot: &Robot, outline: &Outline, tree: &Tree) {
     }
     if !outline.others.is_empty() {
         let list: Vec<_> = outline.others.iter().map(|(n, c)| format!("{c} x <{n}>")).collect();
-        warn(format!("not read: {}", list.join(", ")));
+        warn(format!("ignored: {}", list.join(", ")));
     }
 }

@@ -12,7 +12,7 @@ use crate::{mesh, tree::finite};
 /// A validated geometry, placed in the frame of a body.
 #[derive(Debug, Clone)]
 pub struct Solid {
-    /// Pose of its centre.
+    /// Pose of the centre of the geometry.
     pub pose: Isometry3<f64>,
     /// The geometry.
     pub form: Form,
@@ -25,7 +25,7 @@ pub enum Form {
     Mesh(Rc<[Piece]>),
 }
 
-/// A mesh, or why there is none.
+/// A mesh, or the reason why it could not be read.
 type Found = Result<Rc<[Piece]>, String>;
 
 /// Meshes by name and scale, so that each file is read once.
@@ -33,12 +33,12 @@ type Found = Result<Rc<[Piece]>, String>;
 pub struct Meshes {
     known: BTreeMap<(String, [u64; 3]), Found>,
     shapes: Shapes,
-    /// What was left out of meshes.
+    /// Notes on omitted parts of meshes.
     pub notes: Vec<String>,
 }
 
 impl Solid {
-    /// Validates a geometry. Returns `Ok(Err)` with the reason for a mesh that cannot be read.
+    /// Validates a geometry. Returns `Ok(Err(reason))` for a mesh that cannot be read.
     pub fn read(
         geometry: &Geometry,
         pose: Isometry3<f64>,
@@ -69,7 +69,7 @@ impl Solid {
                 positive(&[*radius, *length])?;
                 Form::Primitive("cylinder", [2.0 * radius, 2.0 * radius, *length])
             }
-            // URDF gives the length of the cylindrical part, without the caps.
+            // In URDF, the length is that of the cylindrical part, without the caps.
             Geometry::Capsule { radius, length } => {
                 positive(&[*radius, *length])?;
                 Form::Primitive("capsule", [2.0 * radius, 2.0 * radius, length + 2.0 * radius])
@@ -79,7 +79,7 @@ impl Solid {
                 finite(&scale, what, line)?;
                 match meshes.get(filename, scale, source) {
                     Ok(mesh) => Form::Mesh(mesh),
-                    Err(why) => return Ok(Err(format!("the mesh `{filename}` is left out: {why}"))),
+                    Err(why) => return Ok(Err(format!("the mesh `{filename}` is ignored: {why}"))),
                 }
             }
         };
@@ -104,7 +104,7 @@ impl Solid {
         ])
     }
 
-    /// Makes `node` a shape of this geometry, placed at its pose; without a color, a mesh has its own materials.
+    /// Makes `node` a shape with this geometry and pose; without a color, a mesh has its own materials.
     pub fn shape<'a>(
         &self,
         builder: &Builder<'a>,
@@ -127,18 +127,18 @@ pub fn place<'a>(node: Node<'a>, pose: &Isometry3<f64>) -> Result<Node<'a>> {
         .set("object.quaternion", [q.x, q.y, q.z, q.w])
 }
 
-/// Returns Euler angles about x, then the new y, then the new z, as parts of compounds use them.
+/// Returns Euler angles about x, then the new y, then the new z, the convention for parts of compounds.
 fn euler(pose: &Isometry3<f64>) -> [f64; 3] {
     let r: Rotation3<f64> = pose.rotation.to_rotation_matrix();
     let b = libm::asin(r[(0, 2)].clamp(-1.0, 1.0));
     if libm::cos(b) < 1e-9 {
-        // Gimbal lock: the first and third axes coincide, and the first angle takes the whole rotation.
+        // Gimbal lock: the first and third axes coincide, so the whole rotation is assigned to the first angle.
         return [libm::atan2(r[(2, 1)], r[(1, 1)]), b, 0.0];
     }
     [libm::atan2(-r[(1, 2)], r[(2, 2)]), b, libm::atan2(-r[(0, 1)], r[(0, 0)])]
 }
 
-/// Returns the centre and size of a mesh's bounding box; no side is zero.
+/// Returns the centre and the size of a mesh's bounding box; no side has length zero.
 fn bounds(pieces: &[Piece]) -> (Vector3<f64>, [f64; 3]) {
     let (mut low, mut high) = (Vector3::repeat(f64::MAX), Vector3::repeat(f64::MIN));
     for p in pieces.iter().flat_map(|p| &p.points) {
@@ -152,7 +152,7 @@ impl Meshes {
     fn get(&mut self, name: &str, scale: [f64; 3], (builder, package_root): (&Builder<'_>, &str)) -> Found {
         let key = (name.to_owned(), scale.map(f64::to_bits));
         let known = self.known.entry(key).or_insert_with(|| {
-            // The axis that a file calls up is ignored, as in RViz and Gazebo.
+            // The up axis of the file is ignored, as in RViz and Gazebo.
             let read = mesh::find(builder, name, package_root)?;
             self.notes.extend(read.notes.iter().map(|note| format!("the mesh `{name}`: {note}")));
             let mut pieces = read.model.pieces;

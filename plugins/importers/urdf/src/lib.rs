@@ -1,8 +1,8 @@
 //! Importer for robots in URDF files.
 //!
-//! `outline` finds the lines of elements and rejects invalid XML, `tree` checks how links and joints are connected and
-//! merges links fixed to each other into bodies, `mass` combines their masses, `mesh` reads mesh files, `form` converts
-//! geometries, `build` creates the objects.
+//! `outline` determines the lines of elements and rejects invalid XML, `tree` checks how links and joints are connected
+//! and merges links that are fixed to each other into bodies, `mass` combines their masses, `mesh` reads mesh files,
+//! `form` converts geometries, `build` creates the objects.
 
 mod build;
 mod form;
@@ -16,7 +16,7 @@ use tatu_plugin_api::{
     tatu_plugin,
 };
 
-/// Size limit in bytes of the XML; mesh files are separate.
+/// Maximum size of the XML in bytes, without mesh files.
 const MOST_BYTES: usize = 1 << 24;
 
 /// The plugin; it has no state.
@@ -37,7 +37,7 @@ pub struct Urdf;
 impl Importer for Urdf {
     type Plugin = UrdfFiles;
     const ID: &'static str = "urdf";
-    const TEXT: &'static str = "URDF: a robot's links, joints, masses and meshes, posed as in the file.";
+    const TEXT: &'static str = "URDF: a robot's links, joints, masses and meshes, in the poses of the file.";
     const SUFFIXES: &'static [&'static str] = &[".urdf"];
 
     fn params() -> Vec<Param> {
@@ -46,23 +46,24 @@ impl Importer for Urdf {
                 .optional()
                 .text("Whether the root link is fixed; default: true if it is named `world`."),
             Param::string("package_root").default("").text(
-                "Folder, seen from the file's, of the packages or of the one package that `package://` names lead to; \
-                 empty: the file's own.",
+                "Folder, relative to that of the file, of the packages or of the single package to which `package://` \
+                 names refer; empty: the folder of the file.",
             ),
-            Param::string("motors").choices(&["velocity", "position", "free"]).default("velocity").text(
-                "Initial mode of the motors of joints with an effort: hold a speed of 0, hold the position 0, or off.",
-            ),
+            Param::string("motors")
+                .choices(&["velocity", "position", "free"])
+                .default("velocity")
+                .text("Initial mode of the motors of joints with an effort: velocity 0, position 0, or off."),
             Param::float("link_friction").range(0.0, 100.0).default(1.0).text("Friction of every link."),
             Param::bool("wheels_as_balls").default(true).text(
-                "Whether cylinders on continuous joints about their own axis collide as balls, which roll more \
-                 exactly.",
+                "Whether cylinders on continuous joints about their own axis collide as spheres, which roll more \
+                 accurately.",
             ),
         ]
     }
 
     fn sniff(head: &[u8]) -> u32 {
         let text = String::from_utf8_lossy(head);
-        // SDF and other formats contain robots too, but not as the root element.
+        // SDF and other formats also contain robots, but not as the root element.
         let mut rest = text.trim_start_matches('\u{feff}').trim_start();
         while let Some(end) = [("<?", "?>"), ("<!--", "-->")].iter().find_map(|(open, close)| {
             rest.starts_with(open).then(|| rest.find(close).map_or(rest.len(), |i| i + close.len()))
@@ -75,7 +76,7 @@ impl Importer for Urdf {
 
     fn load(bytes: &[u8], builder: &Builder<'_>, params: &Params<'_>) -> Result {
         if bytes.len() > MOST_BYTES {
-            return Err(Fail::argument(format!("the file has {} bytes; at most {MOST_BYTES} are read", bytes.len())));
+            return Err(Fail::argument(format!("the file has {} bytes; expected at most {MOST_BYTES}", bytes.len())));
         }
         let text = std::str::from_utf8(bytes).map_err(|e| {
             let line = bytes[..e.valid_up_to()].iter().filter(|b| **b == b'\n').count() + 1;

@@ -6,7 +6,7 @@ use urdf_rs::Link;
 
 use crate::tree::{finite, pose};
 
-/// Mass (kg), centre of mass (m) and inertia about it (kg m^2), in the frame of a body.
+/// Mass (kg), centre of mass (m) and inertia about the centre of mass (kg m^2), in the frame of a body.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Mass {
     pub mass: f64,
@@ -29,7 +29,7 @@ impl Mass {
         let mass = link.inertial.mass.value;
         finite(&[mass, i.ixx, i.ixy, i.ixz, i.iyy, i.iyz, i.izz], &what, line)?;
         if mass < 0.0 {
-            return Err(Fail::argument(format!("{what}: a mass of {mass} kg is negative")).at("", line));
+            return Err(Fail::argument(format!("{what}: the mass {mass} kg is negative")).at("", line));
         }
         if mass == 0.0 {
             return Ok(Mass::NONE);
@@ -40,7 +40,7 @@ impl Mass {
         Ok(Mass { mass, com: at.translation.vector, inertia: turn.matrix() * own * turn.matrix().transpose() })
     }
 
-    /// Returns the combined mass of both.
+    /// Returns the combined mass of two rigidly connected bodies.
     pub fn plus(&self, other: &Mass) -> Mass {
         let mass = self.mass + other.mass;
         if mass <= 0.0 {
@@ -54,7 +54,7 @@ impl Mass {
         Mass { mass, com, inertia: about(self) + about(other) }
     }
 
-    /// Returns whether a rigid body can have this inertia: all principal moments are positive.
+    /// Returns whether a rigid body can have this inertia.
     pub fn is_possible(&self) -> bool {
         let least = self.inertia.symmetric_eigenvalues().min();
         least.is_finite() && least > 1e-12 * self.inertia.norm()

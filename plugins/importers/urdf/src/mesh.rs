@@ -1,24 +1,24 @@
-//! Finds the mesh files that a URDF file names.
+//! Finds the mesh files to which a URDF file refers.
 
 use tatu_importers_common::{Read, SUFFIXES, read};
 use tatu_plugin_api::safe::Builder;
 
-/// Reads the mesh of a URDF file name through the builder. The error is one sentence.
+/// Reads the mesh file with a name in a URDF file, through the builder. The error is one sentence.
 pub fn find(builder: &Builder<'_>, name: &str, package_root: &str) -> Result<Read, String> {
     let lower = name.to_lowercase();
     if !SUFFIXES.iter().any(|s| lower.ends_with(s)) {
-        return Err(format!("expected a mesh file ending in one of {}", SUFFIXES.join(", ")));
+        return Err(format!("the format is not supported; expected one of {}", SUFFIXES.join(", ")));
     }
     let names = candidates(name, package_root);
     let Some((found, bytes)) = names.iter().find_map(|n| Some((n, builder.file(n)?))) else {
-        return Err(format!("the file does not exist; looked for {}", names.join(", ")));
+        return Err(format!("the file does not exist; searched for {}", names.join(", ")));
     };
-    // Images are beside the mesh.
+    // Names of images are relative to the mesh file.
     let folder = found.rsplit_once('/').map_or("", |(folder, _)| folder);
     read(found, bytes, &|name: &str| builder.file(&beside(folder, name)).map(<[u8]>::to_vec))
 }
 
-/// Returns the path of a file that is named relative to a folder; `..` is resolved, as far as the folder allows.
+/// Returns the path of a file whose name is relative to a folder; `..` is resolved as far as possible.
 fn beside(folder: &str, name: &str) -> String {
     let mut path: Vec<&str> = folder.split('/').filter(|p| !p.is_empty()).collect();
     for part in name.split('/') {

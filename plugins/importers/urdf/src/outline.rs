@@ -1,4 +1,4 @@
-//! Finds the lines of links and joints in the file, because urdf-rs neither reports lines nor checks nesting.
+//! Determines the lines of links and joints in the file, because urdf-rs neither reports lines nor checks nesting.
 
 use std::{collections::BTreeMap, ops::Range};
 
@@ -8,14 +8,14 @@ use xml::{
     reader::{EventReader, XmlEvent},
 };
 
-/// Deepest nesting of elements; real files nest 6 deep.
+/// Maximum nesting depth of elements; real files have a depth of 6.
 const MOST_DEPTH: usize = 64;
-/// Most links and joints together.
+/// Maximum number of links and joints in total.
 const MOST_PARTS: usize = 20_000;
 
-/// One child of `<robot>`.
+/// A child of `<robot>`.
 pub struct Part {
-    /// Line, from 1.
+    /// Line of the element, from 1.
     pub line: u64,
     bytes: Range<usize>,
 }
@@ -23,19 +23,19 @@ pub struct Part {
 /// Positions of the elements below `<robot>`.
 #[derive(Default)]
 pub struct Outline {
-    /// Links, in order.
+    /// Links, in the order of the file.
     pub links: Vec<Part>,
-    /// Joints, in order.
+    /// Joints, in the order of the file.
     pub joints: Vec<Part>,
-    /// Number of occurrences of each other element, which are not read.
+    /// Other elements, which are ignored, and their numbers of occurrences.
     pub others: BTreeMap<String, usize>,
 }
 
-/// Reads the outline; invalid XML, or a root other than `<robot>`, is an error with its line.
+/// Reads the outline. Invalid XML, or a root element other than `<robot>`, is an error that contains the line.
 pub fn read(text: &str) -> Result<Outline> {
     let starts: Vec<usize> = std::iter::once(0).chain(text.match_indices('\n').map(|(i, _)| i + 1)).collect();
-    // Rows and columns count from 0; columns count characters.
-    // Positions are requested in order: search from the last one, because a file may be a single line.
+    // Rows and columns are zero-based; columns count characters. Positions are requested in ascending order, so each
+    // search starts at the last position: a file may consist of a single long line.
     let mut last = (0, 0, 0);
     let mut byte = |row: u64, column: u64| {
         let (start, skip) = match last {
@@ -77,10 +77,10 @@ pub fn read(text: &str) -> Result<Outline> {
                 match depth {
                     1 if name.local_name != "robot" => {
                         return Err(Fail::argument(format!(
-                            "the root element is <{}>; expected <robot>",
+                            "the root element is <{}>, but <robot> is expected",
                             name.local_name
                         ))
-                        .help("a URDF file contains one <robot>")
+                        .help("a URDF file contains exactly one <robot>")
                         .at("", line));
                     }
                     2 => open = Some((name.local_name, byte(at.row, at.column), line)),
@@ -127,7 +127,7 @@ impl Outline {
                 None => Fail::argument(format!("the robot cannot be read: {e}")).at("", 1),
             }
         })?;
-        // Lines are assigned by order, so the counts must agree.
+        // Lines are assigned to links and joints by their order, so the numbers must agree.
         if (robot.links.len(), robot.joints.len()) != (self.links.len(), self.joints.len()) {
             return Err(Fail::argument("links and joints must be direct children of <robot>").at("", 1));
         }

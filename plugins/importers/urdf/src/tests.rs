@@ -6,7 +6,7 @@ use super::*;
 
 const ROBOT: &[u8] = include_bytes!("../robot.urdf");
 
-/// Runs everything up to the creation of objects.
+/// Runs the importer up to the creation of objects.
 fn read(bytes: &[u8]) -> Result<usize> {
     let text = std::str::from_utf8(bytes).map_err(|_| Fail::new("not text"))?;
     let outline = outline::read(text)?;
@@ -37,7 +37,7 @@ fn our_robot_has_three_bodies() {
 fn every_cut_is_an_error() {
     let end = ROBOT.windows(8).rposition(|w| w == b"</robot>").unwrap() + 8;
     for n in (0..end).step_by(64).chain(end - 20..end) {
-        let e = read(&ROBOT[..n]).expect_err("a cut file is not whole");
+        let e = read(&ROBOT[..n]).expect_err("a truncated file is an error");
         assert!(!e.text().is_empty() && !e.text().contains("panic"), "{n}: {e}");
     }
 }
@@ -83,7 +83,7 @@ proptest! {
         let _ = read(&bytes);
     }
 
-    /// A valid robot with one byte changed.
+    /// A valid robot with one changed byte results in a robot or an error.
     #[test]
     fn any_change_is_answered(at in 0..ROBOT.len(), to in 32u8..127) {
         let mut bytes = ROBOT.to_vec();

@@ -1,4 +1,4 @@
-//! The tree of links and joints. Links fixed to each other are merged into one body.
+//! The tree of links and joints. Links that are fixed to each other are merged into a body.
 
 use std::collections::BTreeMap;
 
@@ -8,14 +8,15 @@ use urdf_rs::{Joint, JointType, Pose, Robot};
 
 use crate::outline::Outline;
 
-/// Most joints from the root to a leaf.
+/// Maximum number of joints from the root to a leaf.
 const MOST_DEPTH: usize = 256;
 
 /// Links that are fixed to each other.
 pub struct Body {
     /// Index of each link, and its pose in the frame of the first one, which is the body's frame.
     pub links: Vec<(usize, Isometry3<f64>)>,
-    /// The joint above, the body above that, and the joint's frame in that body's frame; the joint's z is its axis.
+    /// The joint above this body, the body above that joint, and the frame of the joint in the frame of that body; the
+    /// axis of the joint is its z axis.
     pub joint: Option<(usize, usize, Isometry3<f64>)>,
     /// Transform from the joint's moving frame to the body's frame.
     pub below: Isometry3<f64>,
@@ -23,13 +24,13 @@ pub struct Body {
 
 /// The bodies of a robot; parents come first, so the root is the first one.
 pub struct Tree {
-    /// The bodies.
+    /// The bodies, parents before children.
     pub bodies: Vec<Body>,
-    /// Joints of unsupported types, which are fixed.
+    /// Joints of unsupported types, which are treated as fixed.
     pub stiffened: Vec<usize>,
 }
 
-/// Checks that numbers are finite and at most 1e12.
+/// Checks that numbers are finite, with absolute values of at most 1e12.
 pub fn finite(numbers: &[f64], what: &str, line: u64) -> Result {
     match numbers.iter().find(|x| !x.is_finite() || x.abs() > 1e12) {
         Some(x) => {
@@ -39,7 +40,7 @@ pub fn finite(numbers: &[f64], what: &str, line: u64) -> Result {
     }
 }
 
-/// Converts a pose of the file.
+/// Validates and converts a pose in the file; `what` names it in errors.
 pub fn pose(p: &Pose, what: &str, line: u64) -> Result<Isometry3<f64>> {
     finite(&p.xyz[..], what, line)?;
     finite(&p.rpy[..], what, line)?;
@@ -47,16 +48,16 @@ pub fn pose(p: &Pose, what: &str, line: u64) -> Result<Isometry3<f64>> {
     Ok(Isometry3::from_parts(Translation3::from(Vector3::from(p.xyz.0)), UnitQuaternion::from_euler_angles(r, p_, y)))
 }
 
-/// Returns the rotation that takes z to the joint's axis.
+/// Returns the rotation that maps the z axis to the joint's axis.
 fn to_axis(joint: &Joint, line: u64) -> Result<UnitQuaternion<f64>> {
     let axis = Vector3::from(joint.axis.xyz.0);
     finite(axis.as_slice(), &format!("axis of the joint `{}`", joint.name), line)?;
     let Some(axis) = axis.try_normalize(1e-9) else {
         return Err(Fail::argument(format!("the axis of the joint `{}` is 0 0 0", joint.name))
-            .help("give it a direction, such as `<axis xyz=\"0 0 1\"/>`")
+            .help("set it to a direction, such as `<axis xyz=\"0 0 1\"/>`")
             .at("", line));
     };
-    // There is no unique shortest rotation between opposite directions; any half turn about a perpendicular axis works.
+    // Between opposite directions, the shortest rotation is not unique; a half turn about any perpendicular axis works.
     let about_x = UnitQuaternion::from_axis_angle(&Vector3::x_axis(), std::f64::consts::PI);
     Ok(UnitQuaternion::rotation_between(&Vector3::z(), &axis).unwrap_or(about_x))
 }
@@ -68,16 +69,16 @@ impl Tree {
         for (i, link) in robot.links.iter().enumerate() {
             let line = outline.links[i].line;
             if link.name.is_empty() {
-                return Err(Fail::argument("a link without a name").at("", line));
+                return Err(Fail::argument("a link has no name").at("", line));
             }
             if let Some(first) = by_name.insert(&link.name, i) {
                 let first = outline.links[first].line;
-                return Err(Fail::argument(format!("two links are called `{}`, the first in line {first}", link.name))
+                return Err(Fail::argument(format!("two links are named `{}`, the first in line {first}", link.name))
                     .at("", line));
             }
         }
         let mut names: BTreeMap<&str, usize> = BTreeMap::new();
-        // The joint above each link, and the joints below it.
+        // The joint above each link, and the joints below each link.
         let mut above: Vec<Option<usize>> = vec![None; robot.links.len()];
         let mut below: Vec<Vec<(usize, usize)>> = vec![Vec::new(); robot.links.len()];
         for (i, joint) in robot.joints.iter().enumerate() {
@@ -90,7 +91,7 @@ impl Tree {
             let find = |name: &str, role: &str| {
                 by_name.get(name).copied().ok_or_else(|| {
                     Fail::argument(format!(
-                        "the joint `{}` names the {role} link `{name}`, which does not exist",
+                        "the joint `{}` refers to the {role} link `{name}`, which does not exist",
                         joint.name
                     ))
                     .at("", line)
@@ -106,7 +107,7 @@ impl Tree {
                 let other = &robot.joints[other].name;
                 let text =
                     format!("the link `{}` has two parent joints, `{other}` and `{}`", joint.child.link, joint.name);
-                return Err(Fail::argument(text).help("in a tree a link has one parent joint").at("", line));
+                return Err(Fail::argument(text).help("in a tree, a link has exactly one parent joint").at("", line));
             }
             below[parent].push((i, child));
         }
@@ -133,7 +134,7 @@ impl Tree {
             below: Isometry3::identity(),
         });
         let mut seen = 1;
-        // Link, its body, its frame in that body, number of joints above.
+        // Queue of links: the link, its body, its frame in that body, the number of joints above it.
         let mut open = std::collections::VecDeque::from([(root, 0, Isometry3::identity(), 0)]);
         while let Some((link, body, frame, depth)) = open.pop_front() {
             for (j, child) in &below[link] {

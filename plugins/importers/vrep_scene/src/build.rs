@@ -26,7 +26,7 @@ use crate::{
     views,
 };
 
-/// Builds the whole scene; returns the report on objects that were changed or left out.
+/// Builds the whole scene; returns the report on objects that were changed or omitted.
 pub fn scene(builder: &Builder<'_>, file: &File) -> Result<Vec<Value>> {
     let mut report = Report::default();
     settings(builder, file)?;
@@ -45,12 +45,12 @@ pub fn scene(builder: &Builder<'_>, file: &File) -> Result<Vec<Value>> {
         nodes.insert(o.common.id, node);
     }
     scripts::attach(builder, file, &nodes, &mut report)?;
-    report.all("without", "the solver of groups for inverse kinematics", file.ik_groups.len());
+    report.all("without", "groups for inverse kinematics are not solved", file.ik_groups.len());
     for (path, unknown) in &file.unknown.all {
         let first = unknown.spans.first().map_or(0, |span| span.at);
         report.all(
             "not understood",
-            format!("section {path}, first at byte {first}: kept with the scene"),
+            format!("section {path}, first at byte {first}: stored with the scene"),
             unknown.count,
         );
     }
@@ -76,8 +76,8 @@ fn tell(builder: &Builder<'_>, report: &Report) {
         };
         let objects = format!("{}{more}", names.join(", "));
         let text = match *what {
-            "refused" | "replaced" | "kept" | "not understood" => format!("{what}: {objects}: {why}"),
-            _ => format!("{what} {why} ({objects})"),
+            "without" => format!("not supported: {objects}: {why}"),
+            _ => format!("{what}: {objects}: {why}"),
         };
         builder.report(severity, None, &text);
     }
@@ -161,13 +161,13 @@ fn object<'a>(
         Kind::Light(l) => views::light(l, node)?,
         Kind::Path(p) => views::path(p, node)?,
         Kind::Dummy(d) => dynamics::link(tree, d, o, node, report)?,
-        _ => report.add("without", format!("what a {} does: it is a dummy here", o.word()), o),
+        _ => report.add("without", format!("a {} is replaced by a dummy", o.word()), o),
     }
     Ok(node)
 }
 
-/// Returns a name with its suffix reduced by the lowest one of the file, as for models: their suffixes only count the
-/// copies in the scene that they were saved from.
+/// Returns a name with its suffix reduced by the lowest suffix of the file. This is used for models, whose suffixes
+/// only count the copies in the scene from which the model was saved.
 fn lowered(name: &str, lowest: i32) -> String {
     let Some((base, n)) = name.rsplit_once('#').and_then(|(base, n)| Some((base, n.parse::<i32>().ok()?))) else {
         return name.to_owned();
@@ -184,7 +184,7 @@ fn is_number(suffix: &str) -> bool {
     suffix.strip_prefix('#').is_some_and(|n| n.len() < 9 && !n.is_empty() && n.bytes().all(|b| b.is_ascii_digit()))
 }
 
-/// Bit of a leaf: it is drawn as the edges of its triangles.
+/// Bit of a leaf that is drawn as the edges of its triangles.
 const WIRE_FRAME: u8 = 4;
 
 fn shape<'a>(
@@ -204,10 +204,10 @@ fn shape<'a>(
     let dynamic = s.dynamic && !overrides.not_dynamic();
     let mut parts = Vec::new();
     let leaves = leaves(root);
-    // Lines drawn on a surface coincide with it: as a surface they would flicker through it.
+    // Lines drawn on a surface coincide with it; drawn as a surface, they would flicker.
     let is_lines = |leaf: &Leaf| leaf.bits & WIRE_FRAME != 0 && !s.respondable && leaves.len() > 1;
     if leaves.iter().any(|l| is_lines(l.leaf)) {
-        report.add("without", "a picture of a part that is drawn as lines", o);
+        report.add("without", "a part that is drawn as lines is invisible", o);
     }
     for leaf in leaves.iter().filter(|l| !is_lines(l.leaf)) {
         let surface = file.surface(leaf.leaf, s.shared.as_ref(), o.section.at);
@@ -263,17 +263,17 @@ fn shape<'a>(
     if waves != 0 && waves != 0x1F0 {
         node.set("shape.detectable_mask", i64::from(waves))?;
     }
-    // A shape that consists only of lines would coincide with another surface if it were drawn as one.
+    // A shape that consists only of lines would coincide with another surface if it were drawn as a surface.
     let lines_only = !s.respondable && leaves.iter().all(|l| l.leaf.bits & WIRE_FRAME != 0);
     if lines_only {
-        report.add("without", "a picture of what is drawn as lines", o);
+        report.add("without", "a shape that is drawn as lines is invisible", o);
     }
     if overrides.not_visible() || lines_only {
         node.set("object.visible", false)?;
     }
     dynamics::material(file, s, dynamic, node)?;
     if tree.has_loop(o) {
-        // Closed loops with parts of a few grams next to kilograms are too stiff for reduced-coordinate joints.
+        // Closed loops in which parts of a few grams and of kilograms meet are too stiff for reduced-coordinate joints.
         node.set("shape.joint_solver", "impulse")?;
     }
     let mass = if root.mass > 0.0 && root.mass.is_finite() { root.mass } else { 0.001 };
@@ -286,7 +286,7 @@ fn shape<'a>(
     if own.iter().all(|x| x.is_finite()) && own.symmetric_eigenvalues().min() > 0.0 {
         node.set("shape.inertia", Value::Floats(own.as_slice().to_vec()))?;
     } else if dynamic {
-        report.add("replaced", "its inertia is physically impossible: that of its shape is used", o);
+        report.add("replaced", "its inertia is physically impossible; that of its shape is used", o);
     }
     let [a, b, c, d, e, f] = s.velocity;
     if s.velocity.iter().all(|x| x.is_finite()) && s.velocity.iter().any(|x| *x != 0.0) {

@@ -1,4 +1,4 @@
-//! Describes the content of a file, for users and tools: a map with the file's own handles, and poses as stored.
+//! Describes the content of a file for users and tools, as a map with the file's own handles and with poses as stored.
 
 use sha2::{Digest, Sha256};
 use tatu_plugin_api::safe::Value;
@@ -19,7 +19,7 @@ macro_rules! map {
 }
 pub(crate) use map;
 
-/// Describes the whole file: objects, scripts, images.
+/// Describes the whole file: its objects, scripts and images.
 pub fn file(file: &File) -> Vec<(Value, Value)> {
     map! {
         "program_version": i64::from(file.header.program),
@@ -34,7 +34,7 @@ fn optional(text: Option<&String>) -> Value {
     text.map_or(Value::Nil, Value::text)
 }
 
-/// Rounds to six decimals, as all poses of descriptions.
+/// Rounds to six decimals, like all poses in descriptions.
 fn rounded(x: f64) -> f64 {
     format!("{x:.6}").parse().unwrap_or(x)
 }

@@ -1,4 +1,4 @@
-//! Dynamics: overrides by models, friction, drives and springs of joints, coupled joints, closed loops.
+//! Builds the dynamics: overrides by models, friction, drives and springs of joints, coupled joints, closed loops.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -15,7 +15,7 @@ use crate::{
     report::Report,
 };
 
-/// Properties that a model overrides for all its objects, bits of `model_property`.
+/// The bits of `model_property`, by which a model overrides properties of all its objects.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Overrides(i32);
 
@@ -41,7 +41,7 @@ pub struct Tree<'a> {
     names: BTreeMap<i32, String>,
     /// Root objects of trees that contain closed loops.
     loops: BTreeSet<i32>,
-    /// The lowest suffix of all names of a model; -1 if a name has none, and for scenes.
+    /// The lowest suffix of the names in a model; -1 for scenes, or if a name has no suffix.
     pub lowest_suffix: i32,
 }
 
@@ -51,7 +51,7 @@ impl<'a> Tree<'a> {
         let objects: BTreeMap<i32, &Object> = file.objects.iter().map(|o| (o.common.id, o)).collect();
         let mut overrides: BTreeMap<i32, Overrides> = BTreeMap::new();
         let mut names = BTreeMap::new();
-        // Index of each object among its siblings of the same alias.
+        // Index of each object among its siblings with the same alias.
         let mut count: BTreeMap<(i32, String), usize> = BTreeMap::new();
         for o in order.iter().map(|i| &file.objects[*i]) {
             let c = &o.common;
@@ -76,7 +76,7 @@ impl<'a> Tree<'a> {
         self.overrides.get(&o.common.id).copied().unwrap_or_default()
     }
 
-    /// Returns whether the tree that an object belongs to contains a closed loop.
+    /// Returns whether the tree to which an object belongs contains a closed loop.
     pub fn has_loop(&self, o: &Object) -> bool {
         self.loops.contains(&self.root(o.common.id))
     }
@@ -86,7 +86,7 @@ impl<'a> Tree<'a> {
         self.above(id).into_iter().rev().find(|h| self.objects.contains_key(h)).unwrap_or(id)
     }
 
-    /// Returns the handles of an object and of all its ancestors, nearest first.
+    /// Returns the handles of an object and all its ancestors, nearest first.
     pub fn above(&self, id: i32) -> Vec<i32> {
         let mut out = vec![id];
         let mut at = id;
@@ -97,7 +97,7 @@ impl<'a> Tree<'a> {
         out
     }
 
-    /// Returns the path of an object relative to another one, which remains valid when both are copied together, or
+    /// Returns the path of the object `to` relative to `from`, which remains valid when both are copied together, or
     /// `None` if they have no common ancestor.
     pub fn path(&self, from: i32, to: i32) -> Option<String> {
         let (ups, downs) = (self.above(from), self.above(to));
@@ -119,8 +119,8 @@ impl<'a> Tree<'a> {
 pub fn material(file: &File, s: &Shape, dynamic: bool, node: Node<'_>) -> Result {
     let root = s.root.as_ref();
     let listed = || file.materials.iter().find(|m| root.is_some_and(|r| r.material >= 0 && m.id == r.material));
-    // Since 3.3.3, the shape's own material is used; earlier versions use the one in the material list that the mesh
-    // refers to.
+    // Since 3.3.3, the shape's own material is used; earlier versions use the material in the list to which the mesh
+    // refers.
     let own = s.material.as_ref().filter(|_| file.header.program >= 30_303);
     let Some(m) = own.or_else(listed).or(root.and_then(|r| r.own_material.as_ref())) else { return Ok(()) };
     let new_bullet = file.settings.engine == Some(0) && file.settings.engine_version == 283;
@@ -138,7 +138,7 @@ pub fn material(file: &File, s: &Shape, dynamic: bool, node: Node<'_>) -> Result
         node.set("shape.restitution", bounce)?;
     }
     for (i, key) in [(3, "shape.linear_damping"), (4, "shape.angular_damping")] {
-        // The file stores the fraction lost per second. A fraction of 1 has no finite damping and is left out.
+        // The file stores the fraction lost per second. A fraction of 1 would be infinite damping, and is ignored.
         if let Some(share) = known(m.bullet.real(i), 0.0, 0.999).filter(|x| *x > 0.0) {
             node.set(key, -libm::log1p(-share))?;
         }
@@ -150,7 +150,7 @@ fn is_sticky(m: &Material) -> bool {
     m.bullet.int(0).is_some_and(|bits| bits & 1 != 0)
 }
 
-/// Physics step of the original for which its gains are defined, s.
+/// Default physics step of the original, s; gains of position control are defined per step.
 const USUAL_STEP: f64 = 0.005;
 
 /// Builds a joint.
@@ -179,7 +179,7 @@ pub fn joint(file: &File, tree: &Tree<'_>, j: &Joint, o: &Object, node: Node<'_>
         node.set("joint.lead", j.pitch * std::f64::consts::TAU)?;
     }
     let control = control(j);
-    // `max_force` is not negative: reading the file has moved its sign to the velocity.
+    // `max_force` is not negative, because the reader has transferred its sign to the velocity.
     node.set("joint.position", sound(j.position))?
         .set("joint.target_velocity", sound(j.target_velocity))?
         .set("joint.target_position", sound(j.target_position))?
@@ -214,7 +214,7 @@ pub fn joint(file: &File, tree: &Tree<'_>, j: &Joint, o: &Object, node: Node<'_>
                     .set("joint.follow_factor", factor)?
                     .set("joint.follow_offset", offset)?;
             }
-            None => report.add("without", "a joint that it depends on: the file does not hold it", o),
+            None => report.add("without", "it depends on a joint that is not in the file", o),
         }
     }
     Ok(())
@@ -251,7 +251,7 @@ pub fn link(tree: &Tree<'_>, d: &Dummy, o: &Object, node: Node<'_>, report: &mut
             None => Ok(()),
         },
         None => {
-            report.add("without", "a dummy that it is linked to: the file does not hold it", o);
+            report.add("without", "it is linked to a dummy that is not in the file", o);
             Ok(())
         }
     }

@@ -1,4 +1,4 @@
-//! Detects meshes that are boxes, spheres or cylinders, so that they roll and touch like exact primitives.
+//! Detects meshes that are boxes, spheres or cylinders, so that they roll and collide like exact primitives.
 
 use std::f64::consts::FRAC_PI_2;
 
@@ -33,11 +33,11 @@ pub fn pure(leaf: &Leaf, surface: &Surface) -> Option<Form> {
     (middle && told && round).then_some((form, leaf.size, Isometry3::identity()))
 }
 
-/// Fewest points of a circle that counts as round.
+/// Minimum number of points of a polygon that counts as a circle.
 pub const FEWEST: usize = 12;
 
 /// Detects a convex mesh whose points are on two circles, or all at the same distance from the centre: a wheel or
-/// sphere modelled with flat faces, which would roll unevenly. Only axes of its frame are considered.
+/// sphere modelled with flat faces, which would roll unevenly. Only the axes of the mesh's frame are considered.
 pub fn round(surface: &Surface) -> Option<Form> {
     let (low, high) = surface.bounds()?;
     let middle = Vector3::from_fn(|i, _| (low[i] + high[i]) / 2.0);
@@ -61,7 +61,7 @@ pub fn round(surface: &Surface) -> Option<Form> {
     })
 }
 
-/// Returns the rotation that takes the z axis of a cylinder to axis 0, 1 or 2.
+/// Returns the rotation that maps the z axis of a cylinder to axis 0, 1 or 2.
 pub fn axis_turn(axis: usize) -> UnitQuaternion<f64> {
     match axis {
         0 => UnitQuaternion::from_axis_angle(&Vector3::y_axis(), FRAC_PI_2),

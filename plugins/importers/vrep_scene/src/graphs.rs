@@ -1,4 +1,4 @@
-//! Graphs and their streams, which scripts fill.
+//! Builds graphs and their streams, which are filled by scripts.
 
 use std::collections::BTreeSet;
 
@@ -10,14 +10,14 @@ use crate::{
     report::Report,
 };
 
-/// Builds a graph with the streams of the file; recorded values are dropped.
+/// Builds a graph with the streams of the file, without recorded values.
 pub fn graph(g: &Graph, o: &Object, node: Node<'_>, report: &mut Report) -> Result {
     let mut names = BTreeSet::new();
     let streams: Vec<Value> = g
         .streams
         .iter()
-        // Since 4.0 streams are created by scripts, which create them again here. Scripts refer to streams by name: of
-        // equal names only the first is accessible, and unnamed ones never are.
+        // Since 4.0, streams are created by scripts, which will create them again. Scripts refer to older streams by
+        // name, so unnamed streams, and all but the first of those with the same name, are not accessible.
         .filter(|s| s.old && !s.name.is_empty() && names.insert(s.name.clone()))
         .map(|s| {
             let color = s.color.map(|x| if x.is_finite() { x.clamp(0.0, 1.0) } else { 0.0 });
@@ -25,7 +25,7 @@ pub fn graph(g: &Graph, o: &Object, node: Node<'_>, report: &mut Report) -> Resu
         })
         .collect();
     if g.streams.iter().any(|s| s.old && s.object >= 0) {
-        report.add("without", "streams that the original fills automatically; here only scripts fill them", o);
+        report.add("without", "its streams, which the original fills automatically, are filled only by scripts", o);
     }
     node.set("graph.explicit", g.explicit)?
         .set("graph.buffer", i64::from(g.buffer.clamp(1, 1_000_000)))?

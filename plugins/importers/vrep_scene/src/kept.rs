@@ -1,8 +1,9 @@
-//! Data of a file beside its objects, stored in the scene for the commands that use it: collections, collision and
-//! distance objects, groups for inverse kinematics and windows of buttons; and elements that are not understood.
+//! Data of a file that does not belong to objects, and is stored in the scene for the commands that use it:
+//! collections, collision and distance objects, groups for inverse kinematics and windows of buttons; and unknown
+//! elements.
 //!
-//! They are one JSON text under the tag `registered` of the scene's data. It refers to objects by their handle in the
-//! file, which these objects store under the tag `handle`; -1 means all objects, or none.
+//! The data forms a JSON text under the tag `registered` of the scene's data. It refers to objects by their handles in
+//! the file, which these objects store under the tag `handle`; -1 means all objects, or no object.
 
 use std::collections::BTreeSet;
 
@@ -26,7 +27,7 @@ struct Registered<'a> {
     windows: &'a [Window],
 }
 
-/// Returns the handles of all objects that the registrations refer to.
+/// Returns the handles of all objects to which the registrations refer.
 pub fn meant(file: &File) -> BTreeSet<i32> {
     let items = file.collections.iter().flat_map(|k| &k.items).map(|i| i.object);
     let pairs = file.collisions.iter().chain(&file.distances).flat_map(|p| p.of);

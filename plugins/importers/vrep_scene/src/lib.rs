@@ -71,7 +71,7 @@ impl Importer for VrepScene {
 tatu_plugin! {
     plugin: VrepFiles,
     id: "tatu.importer.vrep_scene",
-    name: "Scenes of V-REP",
+    name: "V-REP scenes",
     version: env!("CARGO_PKG_VERSION"),
     licence: "MIT OR Apache-2.0",
 }

@@ -1,4 +1,4 @@
-//! Report on the parts of a file that are not built as stored.
+//! Report on the parts of a file that are not built exactly as stored.
 
 use std::collections::BTreeMap;
 

@@ -16,12 +16,12 @@ use crate::{
     report::Report,
 };
 
-/// First version whose main scripts make the same calls as later ones. The original does not run customized main
-/// scripts of earlier versions either.
+/// First version whose main scripts make the same calls as those of later versions. The original does not run
+/// customized main scripts of earlier versions either.
 const MAIN_SCRIPTS_SINCE: u32 = 30_103;
-/// Bit of a model's overrides: its scripts do not run.
+/// Bit of a model's overrides that disables its scripts.
 const SCRIPTS_OFF: i32 = 0x200;
-/// Returns the handle of the object that a script belongs to, or -1 for the scene.
+/// Returns the handle of the object to which a script belongs, or -1 for the scene.
 pub fn target(file: &File, s: &Script) -> i32 {
     match s.holder {
         Some(holder) => file.objects.iter().find(|o| o.common.id == holder).map_or(-1, |o| o.common.parent),
@@ -47,7 +47,7 @@ pub fn attach(builder: &Builder<'_>, file: &File, nodes: &BTreeMap<i32, Node<'_>
                 false if version < MAIN_SCRIPTS_SINCE => {
                     left(
                         "replaced",
-                        "the main script is that of an older version; the default main script runs instead",
+                        "the main script is that of an older version; the default main script is run instead",
                     );
                     continue;
                 }
@@ -60,16 +60,16 @@ pub fn attach(builder: &Builder<'_>, file: &File, nodes: &BTreeMap<i32, Node<'_>
             script::CHILD => "child",
             script::CUSTOMIZATION => "customization",
             other => {
-                left("without", &format!("a script of the obsolete kind {other}"));
+                left("without", &format!("a script has the obsolete kind {other}"));
                 continue;
             }
         };
         if s.is_off() {
-            left("kept", "a script that is switched off");
+            left("kept", "a script is disabled");
             continue;
         }
         if off.contains_key(&target) {
-            left("kept", "a script of a model whose scripts are switched off");
+            left("kept", "a script belongs to a model whose scripts are disabled");
             continue;
         }
         let language = s.language();
@@ -78,15 +78,15 @@ pub fn attach(builder: &Builder<'_>, file: &File, nodes: &BTreeMap<i32, Node<'_>
             left(
                 "without a script",
                 &format!(
-                    "in {language}: only scripts in Lua run here, and its text is kept. Let a program of your own do what \
-                     it does, through the service `zmq_remote`: docs/guide/remote-clients.md"
+                    "it is in {language}, but only scripts in Lua are run; its text is stored. A program of your own \
+                     can perform its function through the service `zmq_remote`: docs/guide/remote-clients.md"
                 ),
             );
             continue;
         }
         let owner = if s.kind == script::MAIN { nodes.values().next() } else { nodes.get(&target) };
         let Some(node) = owner else {
-            left("refused", "a script of an object that is not in the file");
+            left("refused", "a script belongs to an object that is not in the file");
             continue;
         };
         let holder = s.holder.and_then(|h| file.objects.iter().find(|o| o.common.id == h));
@@ -107,7 +107,7 @@ fn switched_off(file: &File) -> BTreeMap<i32, ()> {
         .collect();
     let below = |o: &&Object| {
         let mut at = o.common.id;
-        // There are at most as many steps as objects; the reader refuses cycles of parents.
+        // There are at most as many steps as objects, because the reader rejects cycles of parents.
         for _ in 0..=parents.len() {
             if bases.contains_key(&at) {
                 return true;
@@ -122,7 +122,7 @@ fn switched_off(file: &File) -> BTreeMap<i32, ()> {
     if bases.is_empty() { bases } else { file.objects.iter().filter(below).map(|o| (o.common.id, ())).collect() }
 }
 
-/// Returns the data to store with an object: custom data, parameters of its script, and properties only V-REP has.
+/// Returns the data to store with an object: custom data, parameters of its script, and properties that only V-REP has.
 pub fn data(file: &File, o: &Object, meant: bool) -> Value {
     let c = &o.common;
     let mut out = tagged(&c.data);

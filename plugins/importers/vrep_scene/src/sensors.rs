@@ -17,7 +17,7 @@ fn sound(x: f64, low: f64, high: f64) -> f64 {
     if x.is_finite() { x.clamp(low, high) } else { low }
 }
 
-/// Greatest range of a sensor, m.
+/// Maximum range of a sensor, m.
 const FARTHEST: f64 = 1e6;
 
 /// Builds a proximity sensor.
@@ -40,8 +40,8 @@ pub fn proximity(
     };
     let start = sound(v.offset, 0.0, FARTHEST);
     let far = sound(v.offset + v.range, start + 1e-6, FARTHEST);
-    // Assumption, not verified against the original: objects nearer than the smallest distance are neither detected nor
-    // hide others. Otherwise a robot's own shell would block the sonars inside it.
+    // An assumption that was not verified with the original: objects closer than the minimum distance are not detected,
+    // and do not hide others. Otherwise, a robot's own shell would block the sonars inside it.
     let near = v.smallest.map_or(start, |least| start.max(sound(least, 0.0, far - 1e-6)));
     let node = node.device("proximity/1")?.set("volume", volume)?.set("near", near)?.set("range", far)?;
     let size = |x: f64| sound(x, 1e-6, FARTHEST);
@@ -60,7 +60,7 @@ pub fn proximity(
         "cone" => {
             node.set("angle", angle)?;
             if sound(v.inside, 0.0, 1.0) > 0.0 {
-                report.add("without", "the gap inside its cone", o);
+                report.add("without", "the gap inside its cone is detected, too", o);
             }
         }
         "random_rays" => {
@@ -77,7 +77,7 @@ pub fn proximity(
     let (front, back) = (s.bits & 0x10 == 0, s.bits & 0x20 == 0);
     match front || back {
         true => node.set("front_faces", front)?.set("back_faces", back).map(drop)?,
-        false => report.add("replaced", "it detects neither side of faces: it detects both here", o),
+        false => report.add("replaced", "it would detect neither side of faces; here, it detects both", o),
     }
     let waves = match s.waves {
         0x10 => "ultrasonic",
@@ -102,7 +102,7 @@ fn is_all_but_own_model(file: &File, entity: i32, o: &Object) -> bool {
     let [all, own] = collection.items.as_slice() else { return false };
     let mut above = Some(o);
     let mut model = None;
-    // This terminates, since the reader refuses cycles of parents.
+    // This loop terminates, because the reader rejects cycles of parents.
     while let Some(at) = above {
         model = if at.common.model_base { Some(at.common.id) } else { model };
         above = find(at.common.parent);
@@ -131,10 +131,10 @@ pub fn vision(of: (&File, &Tree<'_>), s: &Vision, o: &Object, node: Node<'_>, re
     };
     targets::declare(of, s.entity, o, node, report)?;
     if s.filters.iter().any(|f| !matches!(f, 1 | 4)) {
-        report.add("without", "filters of its image", o);
+        report.add("without", "the filters of its image are ignored", o);
     }
     if matches!(s.mode, 2) {
-        report.add("replaced", "it gives each object a colour of its own: here the object's colour", o);
+        report.add("replaced", "it would give each object a unique colour; here, it renders the object's own", o);
     }
     Ok(())
 }
@@ -153,7 +153,7 @@ pub fn force(f: &Force, o: &Object, node: Node<'_>, report: &mut Report) -> Resu
     }
     if f.bits & 3 != 0 {
         node.set("force_sensor.break_count", i64::from(count.max(1)))?;
-        report.add("kept", "it breaks above its thresholds, as scripts of the original decided themselves", o);
+        report.add("kept", "it breaks above its thresholds; in the original, its scripts decide this", o);
     }
     Ok(())
 }

@@ -1,4 +1,4 @@
-//! The objects that a sensor of a file detects, if it does not detect all: an object, or the objects of a collection.
+//! Declares the objects that a sensor detects, if it does not detect all: an object, or the objects of a collection.
 
 use std::collections::BTreeSet;
 
@@ -14,7 +14,7 @@ use crate::{
     scripts::is_holder,
 };
 
-/// Handle that stands for all objects.
+/// Handle that selects all objects.
 const ALL: i32 = -1;
 
 /// Declares the targets of a sensor; `entity` is the handle of an object or a collection.
@@ -34,12 +34,12 @@ pub fn declare(
         Some(k) => (members(&known, |id| tree.above(id), k), k.items.first().is_some_and(|i| i.kind == 5 && !i.remove)),
         None if known.contains(&entity) => (BTreeSet::from([entity]), false),
         None => {
-            report.add("replaced", "it looks for something that is not in the file: here it sees everything", o);
+            report.add("replaced", "it would detect an entity that is not in the file; it detects all objects", o);
             return Ok(());
         }
     };
     let (mut targets, ignored) = match differences(&objects, &seen, all) {
-        // As soon as one object is listed as a target, unlisted ones are not detected.
+        // If any object is listed as a target, the core does not detect unlisted objects.
         (targets, _) if all && !targets.is_empty() => differences(&objects, &seen, false),
         both => both,
     };
@@ -47,7 +47,7 @@ pub fn declare(
         Value::List(handles.iter().filter_map(|h| tree.path(o.common.id, *h)).map(Value::text).collect())
     };
     if targets.is_empty() && !all {
-        // An empty list would mean all objects, so the sensor itself is listed, which it never detects.
+        // An empty list would mean all objects, so list only the sensor itself, which it never detects.
         targets.push(o.common.id);
     }
     if !targets.is_empty() {
@@ -82,7 +82,8 @@ fn members(all: &BTreeSet<i32>, above: impl Fn(i32) -> Vec<i32>, collection: &Co
 }
 
 /// Returns the objects that are detected although their parent is not, and those that are not detected although their
-/// parent is. `objects` has pairs of object and parent; `world` is whether objects without a parent count as detected.
+/// parent is. `objects` lists pairs of object and parent; `world` states whether the parent of root objects counts as
+/// detected.
 fn differences(objects: &[(i32, i32)], seen: &BTreeSet<i32>, world: bool) -> (Vec<i32>, Vec<i32>) {
     let known: BTreeSet<i32> = objects.iter().map(|(id, _)| *id).collect();
     let differs = |(id, parent): &&(i32, i32)| {

@@ -1,8 +1,8 @@
-//! Images on shapes.
+//! Builds images on shapes.
 //!
-//! The origin of a projection is taken as the middle of the image, since emblems are then in the middle of their parts.
-//! Files seen so far have planes and boxes only; that sizes around cylinders and spheres are parts of a turn is an
-//! estimate.
+//! The origin of a projection is assumed to be the centre of the image, because emblems are then centred on their
+//! parts. The examined files contain only planes and boxes; that sizes around cylinders and spheres are fractions of a
+//! turn is an assumption.
 
 use std::collections::BTreeMap;
 
@@ -20,15 +20,15 @@ use crate::{
 
 /// Mappings of the file, by number.
 const MAPPINGS: [&str; 4] = ["plane", "cylinder", "sphere", "box"];
-/// What an image does to the color of the shape, by number.
+/// How an image is combined with the color of the shape, by number.
 const BLENDS: [&str; 3] = ["modulate", "decal", "add"];
 
-/// The images that were added to the scene, by their number in the file.
+/// The images that were added to the scene, by their numbers in the file.
 #[derive(Default)]
 pub struct Images(BTreeMap<i32, i64>);
 
 impl Images {
-    /// Returns the image of a part for the property `texture`, or `None` if it has none that can be drawn.
+    /// Returns the image of a part for the property `texture`, or `None` if the part has no image that is supported.
     pub fn texture(
         &mut self,
         (builder, file): (&Builder<'_>, &File),
@@ -37,12 +37,12 @@ impl Images {
         report: &mut Report,
     ) -> Result<Option<Value>> {
         let Some(image) = file.textures.iter().find(|t| t.id == property.texture) else {
-            report.add("without", "an image on it that a vision sensor provides", o);
+            report.add("without", "an image of a vision sensor on it is ignored", o);
             return Ok(None);
         };
         let mapping = usize::try_from(property.mode).ok().and_then(|m| MAPPINGS.get(m));
         let Some(mapping) = mapping.filter(|_| property.scale.iter().all(|x| x.is_finite() && *x > 0.0)) else {
-            report.add("without", format!("an image on it that is mapped in way {}", property.mode), o);
+            report.add("without", format!("an image on it has the unknown mapping {}", property.mode), o);
             return Ok(None);
         };
         let number = match self.0.get(&image.id) {
@@ -69,7 +69,7 @@ impl Images {
     }
 }
 
-/// Returns the pixels of an image with 4 bytes each, top row first; a file begins with the lowest row.
+/// Returns the pixels of an image with 4 bytes each, top row first; a file stores the bottom row first.
 fn pixels(file: &File, image: &Texture) -> Vec<u8> {
     let (columns, each) = (image.size[0] as usize, if image.alpha { 4 } else { 3 });
     let bytes = image.pixels.of(&file.data);

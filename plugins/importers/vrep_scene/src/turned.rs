@@ -1,5 +1,5 @@
-//! Convex meshes that are solids of revolution, modelled with flat faces: bottles, cups, wheels with a chamfer. Such a
-//! mesh would not roll on its side, so cylinders are added where it touches the floor.
+//! Detects convex meshes that are solids of revolution, modelled with flat faces: bottles, cups, wheels with a chamfer.
+//! Such a mesh would not roll on its side, so cylinders are added where it touches the floor.
 
 use nalgebra::{Isometry3, Translation3, Vector3};
 
@@ -8,16 +8,16 @@ use crate::{
     read::surface::Surface,
 };
 
-/// Fraction of the radius by which the mesh is shrunk behind its cylinders.
+/// Fraction of the radius by which the mesh is shrunk, so that only its cylinders touch the floor.
 const BACK: f64 = 0.005;
 
-/// Least height of an outline edge on which the body can lie, as a fraction of the total height.
+/// Minimum height of an outline edge on which the body can lie, as a fraction of the total height.
 const EDGE: f64 = 0.12;
 
 /// Height of the cylinder at each end of such an edge, as a fraction of the total height.
 const THIN: f64 = 0.02;
 
-/// Points at one height, all at the same distance from the axis.
+/// Points at the same height, all at the same distance from the axis.
 #[derive(Clone, Copy)]
 struct Ring {
     height: f64,
@@ -64,7 +64,7 @@ pub fn turned(surface: &Surface) -> Option<(Vec<Form>, Surface)> {
     })
 }
 
-/// Returns the rings ordered by height; points on the axis form no ring.
+/// Returns the rings, ordered by height; points on the axis do not form a ring.
 fn rings(surface: &Surface, middle: &Vector3<f64>, axis: usize) -> Option<Vec<Ring>> {
     let (a, b) = ((axis + 1) % 3, (axis + 2) % 3);
     let radial = |p: &[f64; 3]| libm::hypot(p[a] - middle[a], p[b] - middle[b]);
@@ -76,7 +76,7 @@ fn rings(surface: &Surface, middle: &Vector3<f64>, axis: usize) -> Option<Vec<Ri
     while let Some(first) = points.first() {
         let count = points.partition_point(|p| p[axis] <= first[axis] + near);
         let (ring, rest) = points.split_at(count);
-        // Only the outermost points at a height matter.
+        // Only the outermost points at each height are relevant.
         let radius = ring.iter().map(|p| radial(p)).fold(0.0, f64::max);
         let mut angles: Vec<f64> = ring
             .iter()

@@ -44,7 +44,7 @@ pub fn light(l: &Light, node: Node<'_>) -> Result {
     Ok(())
 }
 
-/// Bit of a path's attributes: it is closed.
+/// Bit of a path's attributes that closes the path.
 const CLOSED: i32 = 4;
 
 /// Builds a path: its control points, and the rounding of its corners.
@@ -55,7 +55,7 @@ pub fn path(p: &Path, node: Node<'_>) -> Result {
         let pose = isometry(&point.pose);
         let q = pose.rotation.coords;
         points.extend(pose.translation.vector.iter().chain(q.iter()).copied());
-        // An estimate: the fractions refer to half the distance to the next point. Otherwise neighbouring values of
+        // An assumption: the fractions refer to half the distance to the next point. Otherwise, neighbouring values of
         // 0.95, which occur in files, would overlap.
         let ([before, after], places) = point.bezier;
         let share = |x: f64| if x.is_finite() { x.clamp(0.0, 1.0) } else { 0.0 };

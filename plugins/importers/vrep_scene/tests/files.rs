@@ -33,7 +33,7 @@ fn an_object_has_its_place_in_the_tree() {
     );
     let [base, tip] = f.objects.as_slice() else { panic!("two objects") };
     assert_eq!((base.common.id, base.common.parent, base.common.alias()), (7, -1, "base".into()));
-    // Quaternion w x y z, then the position.
+    // A pose is a quaternion w x y z, then a position.
     assert_eq!(tip.common.pose, [1.0, 0.0, 0.0, 0.0, 0.5, -0.25, 2.0]);
     assert!(matches!(&tip.kind, Kind::Dummy(d) if d.link == 7));
 }
@@ -142,7 +142,7 @@ fn what_cannot_be_is_refused_with_its_place() {
     let lies = Bytes::new().bytes(b"DMY").i32(1_000_000).bytes(&[0; 8]);
     assert_eq!(
         refused(lies),
-        "byte 0 of the unpacked data, in section DMY: the section declares 1000000 bytes, but only 8 are left"
+        "byte 0 of the unpacked data, in section DMY: the section declares 1000000 bytes, but only 8 remain"
     );
     assert!(refused(Bytes::new().element("DMY", dummy(1, -1))).contains("ends without `EOF`"));
     let short = object(1, -1, "d").element("Lli", Bytes::new().bytes(&[0; 3])).mark("EOO");
@@ -153,14 +153,14 @@ fn what_cannot_be_is_refused_with_its_place() {
     for _ in 0..100 {
         deep = Bytes::new().element("Gv3", deep);
     }
-    // Nesting is bounded at any depth, and unknown sections are not parsed.
+    // The nesting depth is limited, and unknown sections are not parsed.
     let _ = File::read(&file(25, &Bytes::new().element("SHP", object(1, -1, "s").bytes(&deep.0)).mark("EOF").0));
 }
 
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(2000))]
 
-    /// Whatever sections contain, reading terminates with a file or an error.
+    /// For any content of a section, reading terminates with a file or an error.
     #[test]
     fn any_bytes_end_well(tag in "[A-Z][A-Za-z][A-Za-z0-9]", of in proptest::collection::vec(any::<u8>(), 0..300)) {
         let sections = object(1, -1, "o").element(&tag, Bytes::new().bytes(&of)).mark("EOO");

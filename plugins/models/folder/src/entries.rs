@@ -1,4 +1,4 @@
-//! The texts from which a model is built: which entries, how often, and with which values.
+//! The texts from which a model is built, with conditions, repetitions and values applied.
 
 use std::ops::Range;
 
@@ -12,26 +12,26 @@ use crate::{
     wrong::{Result, Wrong},
 };
 
-/// Most repetitions of the entries of a model in all.
+/// Maximum number of repetitions in a model.
 const MOST_REPEATS: usize = 10_000;
-/// Most bytes of the texts of a model in all: each repetition is read as a text as long as the file above it.
+/// Maximum total size of the texts of a model, bytes: the text of each repetition is as long as the file up to it.
 const MOST_BYTES: usize = 64 << 20;
 
-/// A text to build: its entries, and `index` if they are repeated.
+/// A text to build: the indices of its entries, and the value of `index` if they are repeated.
 type Run = (Vec<usize>, Option<usize>);
 
-/// What a model with certain parameters is built from.
+/// The texts from which a model is built with given parameters.
 pub struct Plan<'m> {
     model: &'m Model,
     names: Names,
     runs: std::vec::IntoIter<Run>,
     first: bool,
-    /// How many bytes the texts so far have.
+    /// Total size of the texts so far, bytes.
     bytes: usize,
 }
 
 impl<'m> Plan<'m> {
-    /// Decides which entries are built, and how often.
+    /// Determines which entries are built, and how often.
     pub fn new(model: &'m Model, params: &Params<'_>) -> Result<Self> {
         let (names, room) = named_values(model, params)?;
         let mut runs: Vec<Run> = vec![(vec![model.base], None)];
@@ -40,7 +40,7 @@ impl<'m> Plan<'m> {
             let wanted = condition(entry, &names, &room)?;
             if i == model.base {
                 if !wanted || entry.repeat.is_some() {
-                    let wrong = Wrong::new("the base of a model can be neither left out nor repeated");
+                    let wrong = Wrong::new("the base of a model can be neither omitted nor repeated");
                     return Err(wrong.at(Some(at(entry))));
                 }
                 continue;
@@ -52,7 +52,7 @@ impl<'m> Plan<'m> {
                 Some(n) => {
                     repeated += n;
                     if repeated > MOST_REPEATS {
-                        let text = format!("the model repeats more than {MOST_REPEATS} entries in all");
+                        let text = format!("the model has more than {MOST_REPEATS} repetitions in total");
                         return Err(Wrong::new(text).at(Some(at(entry))));
                     }
                     runs.extend((0..n).map(|index| (vec![i], Some(index))));
@@ -67,8 +67,8 @@ impl<'m> Plan<'m> {
         Ok(Plan { model, names, runs: runs.into_iter(), first: true, bytes: 0 })
     }
 
-    /// Returns the next text in the scene format: first that of the base alone, then those of everything below it, in
-    /// the order of the file.
+    /// Returns the next text in the scene format: first that of the base alone, then those of all other entries, in the
+    /// order of the file.
     pub fn next_text(&mut self) -> Option<Result<String>> {
         let (run, index) = self.runs.next()?;
         let text = self.text(&run, index);
@@ -82,7 +82,7 @@ impl<'m> Plan<'m> {
             Some(index) => self.names.insert("index".to_owned(), Value::Number(index as f64)),
             None => self.names.remove("index"),
         };
-        // Settings come before objects, and what `[set]` changes after them.
+        // Settings precede objects, and `[set]` follows them.
         let of_file = |root: &str| match root {
             "set" => run.is_empty(),
             "model" | "object" | "import" => false,
@@ -97,14 +97,14 @@ impl<'m> Plan<'m> {
         self.bytes += text.len();
         if self.bytes > MOST_BYTES {
             let text = format!("the repetitions of the model have more than {} MiB of text", MOST_BYTES >> 20);
-            let wrong = Wrong::new(text).help("repeat less often, or shorten the file above the repeated entry");
+            let wrong = Wrong::new(text).help("reduce the repetitions, or shorten the file above the repeated entry");
             return Err(wrong.at(run.first().map(|e| at(&model.entries[*e]))));
         }
         Ok(text)
     }
 }
 
-/// Returns the values of parameters and constants, and the room that they leave.
+/// Returns the values of parameters and constants, and the remaining room for expressions.
 fn named_values(model: &Model, params: &Params<'_>) -> Result<(Names, Room)> {
     let (mut names, room) = (Names::new(), Room::default());
     for (key, computed) in &model.params {
@@ -127,7 +127,7 @@ fn at(entry: &Entry) -> Range<usize> {
     written.map_or(entry.start..entry.start, |(_, span)| span.clone())
 }
 
-/// Returns a value, or what its expression yields.
+/// Returns a value, or the result of its expression.
 fn value_of(value: &Value, names: &Names, room: &Room) -> Result<Value> {
     match value {
         Value::Text(t) if t.starts_with('=') => evaluate(&t[1..], names, room),

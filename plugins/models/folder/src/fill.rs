@@ -1,4 +1,4 @@
-//! A text whose expressions are replaced by what they yield, with unchanged line numbers.
+//! Replaces the expressions in a text by their results, without changing line numbers.
 
 use std::ops::Range;
 
@@ -10,7 +10,7 @@ use crate::{
 };
 
 /// Returns the text with only the parts in `kept`; everything else becomes empty lines. Expressions in `kept` are
-/// replaced by their values, and `dropped` are keys with their values that only this plugin reads.
+/// replaced by their results. `dropped` are the ranges of keys that only this plugin reads, which are removed.
 pub fn filled(
     doc: &Document<String>,
     kept: &[Range<usize>],
@@ -30,7 +30,7 @@ pub fn filled(
         }
         let value = value_toml(written, names, &room).map_err(|wrong| wrong.at(Some(span.clone())))?;
         if text[span.clone()].contains('\n') {
-            return Err(Wrong::new("an expression must stand on one line").at(Some(span)));
+            return Err(Wrong::new("an expression must be on one line").at(Some(span)));
         }
         changes.push((span, value));
     }
@@ -55,7 +55,7 @@ pub fn filled(
     Ok(out)
 }
 
-/// Returns what a text that begins with `=` stands for, in TOML.
+/// Returns the result of an expression, which begins with `=`, as TOML.
 fn value_toml(written: &str, names: &Names, room: &Room) -> Result<String> {
     match written.strip_prefix("==") {
         Some(rest) => crate::expression::Value::Text(format!("={rest}")).to_toml(),
@@ -63,7 +63,7 @@ fn value_toml(written: &str, names: &Names, room: &Room) -> Result<String> {
     }
 }
 
-/// Collects the texts that begin with `=`.
+/// Collects the expressions: texts that begin with `=`.
 fn expressions<'d>(item: &'d Item, out: &mut Vec<(Range<usize>, &'d str)>) {
     match item {
         Item::None => {}

@@ -1,8 +1,8 @@
 //! Models without code: `models/NAME/model.toml`, in the scene format with a table `[model]`.
 //!
-//! - `model`: the table `[model]`; `params`: its parameters; `table`: reading of tables; `wrong`: errors at a line;
-//! - `expression`: arithmetic in values; `fill`: expressions in a text are replaced by what they yield;
-//! - `sections`: where the tables of the file are; `entries`: which of them are built, how often and with which values.
+//! - `model`: the table `[model]`; `params`: its parameters; `table`: reading of tables; `wrong`: errors with a line;
+//! - `expression`: arithmetic in values; `fill`: replaces the expressions in a text by their results;
+//! - `sections`: the ranges of the tables in the file; `entries`: selection and repetition of entries.
 
 mod entries;
 mod expression;
@@ -49,7 +49,7 @@ impl ModelReader for Texts {
     fn build(model: &Model, builder: &Builder<'_>, params: &Params<'_>) -> Result {
         let refused = |wrong: wrong::Wrong| wrong.in_text("", &model.text);
         let mut plan = Plan::new(model, params).map_err(refused)?;
-        // The first text has only the base; everything else goes below it.
+        // The first text has only the base, below which all other objects are placed.
         let mut is_base = true;
         while let Some(text) = plan.next_text() {
             builder.scene((!is_base).then(|| builder.base()), "", &text.map_err(refused)?)?;

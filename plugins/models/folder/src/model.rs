@@ -23,17 +23,17 @@ pub struct Model {
     pub sections: Vec<Section>,
     /// Its objects and imports, in the order of the file.
     pub entries: Vec<Entry>,
-    /// Index of the entry that is the base.
+    /// Index of the base in `entries`.
     pub base: usize,
     /// Keys of its parameters, and defaults that depend on others.
     pub params: Vec<(String, Option<Computed>)>,
-    /// Its constants, which may be expressions, and where their values are written.
+    /// Its constants, which may be expressions, and the ranges of their values in the text.
     pub numbers: Vec<(String, Value, Range<usize>)>,
 }
 
 const KEYS: &[&str] = &["text", "category", "licence", "mount", "base", "params", "numbers", "slots"];
 
-/// Reads the text of a model; none if it has no table `[model]`.
+/// Reads the text of a model; returns `None` if it has no table `[model]`.
 pub fn read(text: &str) -> Result<Option<(ModelInfo, Model)>> {
     let doc = Document::parse(text.to_owned()).map_err(|e| no_toml(text, &e))?;
     let Some(table) = doc.get("model").and_then(Item::as_table_like) else { return Ok(None) };
@@ -64,7 +64,7 @@ pub fn read(text: &str) -> Result<Option<(ModelInfo, Model)>> {
 
 /// Returns the error for a text that is not TOML.
 fn no_toml(text: &str, e: &toml_edit::TomlError) -> Wrong {
-    // Some errors, such as that of the recursion limit, have no place: then it is the deepest bracket.
+    // Some errors, such as that of the recursion limit, have no position; the deepest bracket is then used.
     let wrong = Wrong::new(format!("not a TOML file: {}", e.message())).at(e.span().or_else(|| deepest(text)));
     match text.contains("[[model]]") {
         true => wrong.help("in a file with `[model]`, models are placed by `[[object]]` with `model = ...`"),
@@ -72,7 +72,7 @@ fn no_toml(text: &str, e: &toml_edit::TomlError) -> Wrong {
     }
 }
 
-/// Returns where brackets nest deepest.
+/// Returns the position of the most deeply nested bracket.
 fn deepest(text: &str) -> Option<Range<usize>> {
     let (mut depth, mut most) = (0_usize, (0, None));
     for (at, byte) in text.bytes().enumerate() {
@@ -114,7 +114,7 @@ fn numbers(model: &dyn TableLike, params: &[Param]) -> Result<Vec<(ModelNumber, 
     Ok(out)
 }
 
-/// Reads `[model.slots]`. A slot is an object of the file, unless the model places others that may have it.
+/// Reads `[model.slots]`. A slot is an object of the file, or may be one of a model or import that the file places.
 fn slots(model: &dyn TableLike, entries: &[Entry]) -> Result<Vec<ModelSlot>> {
     let mut out = Vec::new();
     let aliases = || entries.iter().filter_map(|e| e.alias.as_deref());
@@ -130,7 +130,7 @@ fn slots(model: &dyn TableLike, entries: &[Entry]) -> Result<Vec<ModelSlot>> {
     Ok(out)
 }
 
-/// Returns the payload of a slot, kg; 0 if none is given.
+/// Returns the payload of a slot, kg; 0 if it is not stated.
 fn payload(table: &dyn TableLike) -> Result<f64> {
     let Some(item) = table.get("payload_kg") else { return Ok(0.0) };
     let number = item.as_float().or_else(|| item.as_integer().map(|i| i as f64)).filter(|x| x.is_finite() && *x > 0.0);

@@ -13,7 +13,7 @@ use crate::{
 
 const KEYS: &[&str] = &["type", "unit", "range", "default", "choices", "count", "text"];
 const TYPES: &[&str] = &["float", "int", "bool", "text", "floats", "list"];
-/// Keys of every placed model, which parameters cannot have.
+/// Keys that every placed model has, and that therefore cannot be parameters.
 const TAKEN: &[&str] = &[
     "model",
     "file",
@@ -39,12 +39,12 @@ pub struct Computed {
     declared: Declared,
 }
 
-/// What a value of a parameter must be.
+/// The declaration of a parameter that its values must fit.
 struct Declared {
     kind: String,
     count: u32,
     choices: Vec<String>,
-    /// The declaration, if it has a range.
+    /// The declaration for the host, if it has a range.
     ranged: Option<Param>,
 }
 
@@ -93,7 +93,7 @@ fn param((key, table, place): Named<'_>) -> Result<(Param, Option<Computed>)> {
     if let Some(item) = table.get("range") {
         let ends: Option<Vec<f64>> = item.as_array().and_then(|a| a.iter().map(number).collect());
         let Some([low, high]) = ends.as_deref() else {
-            return Err(Wrong::new("`range`: expected two numbers, the least and the greatest").at(at("range")));
+            return Err(Wrong::new("`range`: expected two numbers, the minimum and the maximum").at(at("range")));
         };
         if low > high {
             return Err(Wrong::new(format!("`range`: {low} is greater than {high}")).at(at("range")));
@@ -103,7 +103,7 @@ fn param((key, table, place): Named<'_>) -> Result<(Param, Option<Computed>)> {
     let choices = texts(table, "choices")?;
     let default = table.get("default").and_then(Item::as_value).and_then(Value::of_toml).ok_or_else(|| {
         let wrong = Wrong::new(format!("{what} has no default")).at(at("default"));
-        wrong.help("every parameter has one, so that the model can be placed by its name alone")
+        wrong.help("every parameter must have one, so that the model can be placed without parameters")
     })?;
     let ranged = table.contains_key("range").then(|| param.clone());
     let declared = Declared { kind, count, choices, ranged };
@@ -124,7 +124,7 @@ fn number(value: &toml_edit::Value) -> Option<f64> {
     value.as_float().or_else(|| value.as_integer().map(|i| i as f64))
 }
 
-/// Returns the default as the host takes it, if it fits the declaration.
+/// Converts the default to the host's form; returns an error if it does not fit the declaration.
 fn fallback(declared: &Declared, default: &Value) -> Result<Host> {
     let Declared { kind, count, choices, ranged } = declared;
     let wrong = |wanted: &str| Wrong::new(format!("`default`: expected {wanted}, found {}", default.describe()));

@@ -1,4 +1,4 @@
-//! The tables of a model's file: where each begins and ends, and what decides whether it is built.
+//! The tables of a model's file: their ranges, conditions and repetitions.
 
 use std::ops::Range;
 
@@ -9,13 +9,13 @@ use crate::{
     wrong::{Result, Wrong},
 };
 
-/// A part of the text that belongs to one table: its header, and what follows up to the next header.
+/// A part of the text that belongs to one table: from its header up to the next header.
 #[derive(Debug, Clone)]
 pub struct Section {
     pub span: Range<usize>,
-    /// The key at the top of the file: "object".
+    /// The top-level key, such as "object".
     pub root: String,
-    /// The number of the `[[object]]` or `[[import]]` that it belongs to, in the order of the file.
+    /// The index of the `[[object]]` or `[[import]]` that it belongs to, in the order of the file.
     pub entry: Option<usize>,
 }
 
@@ -24,15 +24,15 @@ pub struct Section {
 pub struct Entry {
     /// Its alias, if it is written as a text.
     pub alias: Option<String>,
-    /// What decides whether it is built, and where that is written.
+    /// Condition under which it is built, and the range of the condition in the text.
     pub condition: Option<(Value, Range<usize>)>,
-    /// How often it is built, and where that is written.
+    /// Number of repetitions, and the range of the number in the text.
     pub repeat: Option<(Value, Range<usize>)>,
-    /// Keys with their values that only this plugin reads.
+    /// Ranges of keys and values that only this plugin reads.
     pub own: Vec<Range<usize>>,
-    /// Where it begins.
+    /// Offset of its start.
     pub start: usize,
-    /// Whether it places something whose objects are not in this file.
+    /// Whether it places a model or import, whose objects are not in this file.
     pub opaque: bool,
 }
 
@@ -70,9 +70,9 @@ pub fn divide(doc: &Document<String>) -> Result<(Vec<Section>, Vec<Entry>)> {
     Ok((sections.collect(), entries))
 }
 
-/// Collects where the headers of a table and of those within it begin.
+/// Collects the offsets of the headers of a table and of the tables within it.
 fn headers<'d>(table: &'d Table, of: (&'d str, Option<usize>), out: &mut Vec<(usize, &'d str, Option<usize>)>) {
-    // Tables without a header of their own have no place.
+    // Tables without a header have no position.
     if !table.is_implicit() && !table.is_dotted() {
         out.extend(table.span().map(|span| (span.start, of.0, of.1)));
     }
@@ -96,7 +96,7 @@ fn entry(text: &str, kind: &str, table: &Table) -> Result<Entry> {
         let value = value.ok_or_else(|| Wrong::new(format!("`{key}` is not a value")).at(Some(span.clone())))?;
         let from = table.key(key).and_then(|k| k.span()).map_or(span.start, |k| k.start);
         if text[from..span.end].contains('\n') {
-            return Err(Wrong::new(format!("`{key}` must stand on one line")).at(Some(span)));
+            return Err(Wrong::new(format!("`{key}` must be on one line")).at(Some(span)));
         }
         out.own.push(from..span.end);
         let slot = if key == "if" { &mut out.condition } else { &mut out.repeat };

@@ -1,4 +1,4 @@
-//! Tables of TOML: keys that must be there, and keys that are not known.
+//! Reading of TOML tables: required keys and unknown keys.
 
 use std::ops::Range;
 
@@ -9,13 +9,13 @@ use crate::{
     wrong::{Result, Wrong},
 };
 
-/// Returns where a key's value is written; without a key, or if the key is missing, where the table begins.
+/// Returns the range of a key's value; without a key, or if the key is missing, that of the table's start.
 pub fn named_at(table: &dyn TableLike, key: Option<&str>) -> Option<Range<usize>> {
     let of = |key: &str| table.get(key).and_then(Item::span).or_else(|| table.key(key).and_then(|k| k.span()));
     key.and_then(of).or_else(|| table.iter().find_map(|(k, _)| table.key(k).and_then(|k| k.span())))
 }
 
-/// Refuses keys that are not known.
+/// Returns an error if a key is unknown.
 pub fn only(table: &dyn TableLike, known: &[&str], what: &str) -> Result {
     match table.iter().find(|(k, _)| !known.contains(k)) {
         None => Ok(()),
@@ -33,7 +33,7 @@ pub fn optional(table: &dyn TableLike, key: &str) -> Result<String> {
     text.ok_or_else(|| Wrong::new(format!("`{key}`: expected a text")).at(named_at(table, Some(key))))
 }
 
-/// Returns a text that must be there.
+/// Returns a required text.
 pub fn required(table: &dyn TableLike, key: &str, what: &str) -> Result<String> {
     match optional(table, key)? {
         text if text.is_empty() => Err(Wrong::new(format!("{what} has no `{key}`")).at(named_at(table, None))),
@@ -50,14 +50,14 @@ pub fn texts(table: &dyn TableLike, key: &str) -> Result<Vec<String>> {
     all.ok_or_else(|| Wrong::new(format!("`{key}`: expected texts")).at(named_at(table, Some(key))))
 }
 
-/// Returns a table within a table, if it is there.
+/// Returns a table within a table, or `None` if it is missing.
 pub fn sub_table<'t>(table: &'t dyn TableLike, key: &str) -> Result<Option<&'t dyn TableLike>> {
     let Some(item) = table.get(key) else { return Ok(None) };
     let inner = item.as_table_like().map(Some);
     inner.ok_or_else(|| Wrong::new(format!("`{key}` is not a table")).at(named_at(table, Some(key))))
 }
 
-/// A table by its name, and where the name is written.
+/// A table with its name, and the range of the name.
 pub type Named<'t> = (&'t str, &'t dyn TableLike, Option<Range<usize>>);
 
 /// Returns the tables within a table, by name.

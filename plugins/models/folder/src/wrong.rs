@@ -4,14 +4,14 @@ use std::ops::Range;
 
 use tatu_plugin_api::safe::Fail;
 
-/// An error, and where in the text it is.
+/// An error, and its range in the text.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Wrong {
-    /// What is wrong, and what was expected.
+    /// The message: what is wrong, and what was expected.
     pub text: String,
-    /// What to do.
+    /// The hint.
     pub help: Option<String>,
-    /// The part of the text; none for the whole.
+    /// The range of the text; `None` for the whole text.
     pub span: Option<Range<usize>>,
 }
 
@@ -19,7 +19,7 @@ pub struct Wrong {
 pub type Result<T = ()> = std::result::Result<T, Wrong>;
 
 impl Wrong {
-    /// Creates an error without a place.
+    /// Creates an error without a range.
     pub fn new(text: impl Into<String>) -> Self {
         Wrong { text: text.into(), help: None, span: None }
     }
@@ -28,7 +28,7 @@ impl Wrong {
         self.help = Some(text.into());
         self
     }
-    /// Adds the place, unless there is one.
+    /// Adds a range, unless there is one.
     pub fn at(mut self, span: Option<Range<usize>>) -> Self {
         self.span = self.span.or(span);
         self

@@ -1,7 +1,7 @@
 //! Kinematics of wheeled robots: converts a velocity of the robot to velocities of its joints, and the motion of the
-//! joints to that of the robot. The wheels are those that `object.drive` declares, and are assumed not to slip.
+//! joints to the motion of the robot. The wheels are those that `object.drive` declares, and are assumed not to slip.
 //!
-//! Velocities refer to the middle of the driven axle: ahead and to the left in m/s, counter-clockwise in rad/s.
+//! Velocities refer to the centre of the driven axle: forward and to the left in m/s, counter-clockwise in rad/s.
 
 #![cfg_attr(test, allow(clippy::disallowed_methods, reason = "what tests compare with decides no bits"))]
 
@@ -11,10 +11,10 @@ use tatu_plugin_api::{
     safe::{Fail, Prop, Result, ValueRef, World},
 };
 
-/// Greatest steering angle, 85 degrees, because no steered robot can turn on the spot.
+/// Maximum steering angle, 85 degrees, because no steered robot can turn on the spot.
 const STEEPEST: f64 = 85.0 * std::f64::consts::PI / 180.0;
 
-/// A driven joint, and the sign of its rotation when the robot drives ahead.
+/// A driven joint, and the sign of its rotation when the robot drives forward.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Wheel {
     joint: tatu_object,
@@ -28,8 +28,8 @@ enum Form {
     Ackermann {
         wheelbase: f64,
     },
-    /// For each wheel, the distance that its rim moves per metre of motion ahead, per metre to the left, and per radian
-    /// about the middle.
+    /// For each wheel, the distance that its rim moves per metre of forward motion, per metre to the left, and per
+    /// radian about the centre.
     Omni(Vec<[f64; 3]>),
 }
 
@@ -43,14 +43,14 @@ pub struct Drivetrain {
     pub radius: f64,
     /// Distance between the left and right wheels, m.
     pub track: f64,
-    /// Distance of the driven axle ahead of the base's origin, m.
+    /// Distance of the driven axle in front of the base's origin, m.
     pub axle: f64,
 }
 
-/// State of the joints at one time; forward and left are positive.
+/// State of the joints at one time; forward rotation and steering to the left are positive.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Stand {
-    /// Positions of the driven joints, rad; some joints start again at 0 after a full turn.
+    /// Positions of the driven joints, rad; those of joints without limits wrap around after a full turn.
     pub driven: Vec<f64>,
     /// Velocities of the driven joints, rad/s.
     pub speeds: Vec<f64>,
@@ -59,7 +59,7 @@ pub struct Stand {
 }
 
 impl Stand {
-    /// Returns how far the driven joints have turned since `before`, `dt` seconds earlier, including whole turns, rad.
+    /// Returns the rotation of the driven joints since `before`, `dt` seconds earlier, including whole turns, rad.
     pub fn turns_since(&self, before: &Stand, dt: f64) -> Vec<f64> {
         use std::f64::consts::TAU;
         let speeds = self.speeds.iter().zip(&before.speeds).map(|(a, b)| (a + b) / 2.0);
@@ -268,7 +268,7 @@ mod tests {
     #[test]
     fn whole_turns_are_counted() {
         let stand = |at: f64| Stand { driven: vec![at], speeds: vec![100.0], steered: vec![] };
-        // From 3 rad by 5 rad; the joint reports the remainder after whole turns.
+        // The joint turns from 3 rad by 5 rad, and reports the remainder after whole turns.
         let turns = stand(8.0 - std::f64::consts::TAU).turns_since(&stand(3.0), 0.05);
         assert!((turns[0] - 5.0).abs() < 1e-12, "{turns:?}");
     }
@@ -278,10 +278,10 @@ mod tests {
         // The outer wheel moves at twice the speed; the inner one does not turn.
         let speeds = train(Form::Differential, 2, 0).speeds([0.2, 0.0, 1.0]);
         assert!((speeds[0]).abs() < 1e-12 && (speeds[1] - 4.0).abs() < 1e-12, "{speeds:?}");
-        // Mecanum to the left: front left and rear right turn backwards.
+        // When a mecanum robot moves to the left, the front left and rear right wheels turn backwards.
         let speeds = train(Form::Omni(rows(0.4, 0.5, &[])), 4, 0).speeds([0.0, 1.0, 0.0]);
         assert_eq!(speeds, [-10.0, 10.0, 10.0, -10.0]);
-        // In a left turn, the left wheel steers more.
+        // In a left turn, the steering angle of the left wheel is greater.
         let angles = train(Form::Ackermann { wheelbase: 0.6 }, 2, 2).angles([1.0, 0.0, 0.5]);
         assert!(angles[0] > angles[1] && angles[1] > 0.0, "{angles:?}");
         assert_eq!(train(Form::Ackermann { wheelbase: 0.6 }, 2, 2).angles([0.0, 0.0, 0.5]), [0.0, 0.0]);

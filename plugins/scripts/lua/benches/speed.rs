@@ -81,7 +81,7 @@ fn main() {
             s.init().unwrap();
         }
         let after = pages(&std::fs::read_to_string("/proc/self/statm").unwrap());
-        println!("memory       {:6.1} KiB a state", (after - before) * 4.0 / 1000.0);
+        println!("memory       {:6.1} KiB per state", (after - before) * 4.0 / 1000.0);
     }
     let start = Instant::now();
     drop(states);

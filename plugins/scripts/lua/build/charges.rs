@@ -9,7 +9,7 @@
 //! Each original text must occur exactly once in its file, otherwise the build fails: every edit must be reviewed when
 //! Lua is updated.
 
-/// File, original text, and its replacement.
+/// The edits: file, original text, and its replacement.
 pub(crate) const CHARGES: &[(&str, &str, &str)] = &[
     // The counters, in the global state that all threads share.
     (
@@ -18,7 +18,7 @@ pub(crate) const CHARGES: &[(&str, &str, &str)] = &[
         "  struct lua_State *mainthread;\n  unsigned long long tatu_used, tatu_limit;\n",
     ),
     ("lstate.c", "  g->mainthread = L;\n", "  g->mainthread = L;\n  g->tatu_used = 0;\n  g->tatu_limit = ~0ULL;\n"),
-    // The running thread.
+    // Tracking of the running thread.
     (
         "ldo.c",
         "  luai_userstateresume(L, nargs);\n",
@@ -293,7 +293,7 @@ pub(crate) const CHARGES: &[(&str, &str, &str)] = &[
         "  if (n <= 0)\n    lua_pushliteral(L, \"\");\n",
         "  if (n <= 0 || l + lsep == 0)\n    lua_pushliteral(L, \"\");\n",
     ),
-    // A string longer than memory fails at once.
+    // Raises the error for a string longer than the memory before filling it.
     (
         "lstrlib.c",
         "    char *p = luaL_buffinitsize(L, &b, totallen);\n",

@@ -3,8 +3,8 @@
 //!
 //! Lua hashes tables, functions and threads by the low 32 bits of their addresses; the order in which `pairs` visits
 //! such keys is reproducible only if these bits are. Every slot begins at a multiple of 4 GiB, and the position of
-//! blocks in it depends only on the script. There is one free list per size class; new blocks are taken from the end;
-//! blocks are never split or joined. If the system cannot reserve address space, the system's allocator is used, and
+//! blocks in it depends only on the script. There is one free list per size class; new blocks are allocated at the end;
+//! blocks are never split or merged. If the system cannot reserve address space, the system's allocator is used, and
 //! the order of such keys is not reproducible.
 
 mod region;
@@ -23,22 +23,23 @@ use region::Region;
 
 /// Size of a slot, and default memory limit of a script.
 pub(crate) const SLOT_BYTES: usize = 256 << 20;
-/// Bytes committed at once. Smaller than a huge page, so that a small state does not get one.
+/// Number of bytes committed at a time; less than a huge page, so that a small state does not occupy one.
 const COMMIT: usize = 256 << 10;
 const SMALL: usize = 512;
-/// From this size on, filling a block takes longer than the instruction that allocated it, so each byte is charged.
+/// Size, in bytes, from which filling a block takes longer than the instruction that allocates it, so that each byte is
+/// charged.
 const LARGE: usize = 4096;
 /// Number of cache lines among which the first block of a slot is placed.
 const FIRST_LINES: u64 = 4096;
 const LINE: usize = 64;
 const CLASSES: usize = 32 + 4 * 20;
 
-/// A callback and its argument. The callback also receives the block that was to grow, or null for a new block.
+/// A callback and its argument. The callback also receives the block that could not grow, or null for a new block.
 pub(crate) type Listener = (unsafe fn(*const c_void, *const u8), *const c_void);
 
-/// The memory of one state. It is boxed because Lua keeps its address.
+/// The memory of a state. It is boxed because Lua stores its address.
 pub(crate) struct Slot {
-    /// `None`: the system's allocator is used.
+    /// The reserved address space, or `None` if the system's allocator is used.
     region: Option<Region>,
     /// Offset of the first block.
     first: usize,
@@ -47,12 +48,12 @@ pub(crate) struct Slot {
     committed: Cell<usize>,
     used: Cell<usize>,
     limit: Cell<usize>,
-    /// Whether the system refused memory although the limit was not reached.
+    /// Whether the system refused memory before the limit was reached.
     refused: Cell<bool>,
-    /// Called when memory runs out.
+    /// The callback for running out of memory.
     pub full: Cell<Option<Listener>>,
     free: [Cell<*mut u8>; CLASSES],
-    /// Whether the free lists may be unsorted, or free blocks lie at the end.
+    /// Whether the free lists may be unsorted, or there may be free blocks at the end.
     unsorted: Cell<bool>,
 }
 
@@ -83,8 +84,8 @@ fn size_of_class(c: usize) -> usize {
 }
 
 impl Slot {
-    /// Creates a slot whose first block lies at an offset derived from `seed`. All slots begin at a multiple of 4 GiB;
-    /// without the offset, the same blocks of all states would compete for the same cache sets.
+    /// Creates a slot whose first block is at an offset derived from `seed`. All slots begin at a multiple of 4 GiB, so
+    /// without the offset, corresponding blocks of all states would compete for the same cache sets.
     pub(crate) fn new(seed: u64) -> Box<Slot> {
         let first = (seed % FIRST_LINES) as usize * LINE;
         Box::new(Slot {
@@ -111,7 +112,7 @@ impl Slot {
     fn offset(&self, block: *const u8) -> usize {
         block.addr() - self.base().addr()
     }
-    /// Sets the memory limit; if `bytes` is 0, the limit is the whole slot.
+    /// Sets the memory limit; 0 sets it to the size of the slot.
     pub(crate) fn set_limit(&self, bytes: u64) {
         let bytes = usize::try_from(bytes).unwrap_or(SLOT_BYTES);
         self.limit.set(match bytes {
@@ -119,11 +120,11 @@ impl Slot {
             n => n.min(SLOT_BYTES),
         });
     }
-    /// Returns whether the system refused memory although the limit was not reached, and resets that flag.
+    /// Returns whether the system refused memory before the limit was reached, and resets this flag.
     pub(crate) fn take_refused(&self) -> bool {
         self.refused.replace(false)
     }
-    /// Returns the bytes in use.
+    /// Returns the number of bytes in use.
     pub(crate) fn used(&self) -> usize {
         self.used.get()
     }
@@ -132,7 +133,7 @@ impl Slot {
         self.limit.get()
     }
 
-    /// Copies the content. Returns `None` if the system's allocator is used.
+    /// Copies the content of the slot. Returns `None` if the system's allocator is used.
     pub(crate) fn backup(&self) -> Option<Backup> {
         if !self.is_mapped() {
             return None;
@@ -144,7 +145,7 @@ impl Slot {
         Some(Backup { content: content.to_vec(), used: self.used.get(), free })
     }
 
-    /// Restores a backup bit by bit.
+    /// Restores a backup exactly.
     ///
     /// # Safety
     /// Nothing outside the slot may point to blocks allocated since the backup, and the state must be idle.
@@ -161,7 +162,7 @@ impl Slot {
     /// Sorts the free lists so that low addresses are reused first, and releases free blocks at the end, so that a
     /// script's memory stays compact.
     pub(crate) fn sort_free_lists(&self) {
-        // In scripts without garbage, the lists are in order already.
+        // In scripts without garbage, the lists are already sorted.
         if !self.is_mapped() || !self.unsorted.replace(false) {
             return;
         }
@@ -190,8 +191,8 @@ impl Slot {
         }
     }
 
-    /// Allocates a block; returns null if the limit or the system refuses it. `force` ignores the limit. `grown` is the
-    /// block to be replaced, or null for a new one.
+    /// Allocates a block; returns null if it would exceed the limit or the system refuses it. `force` ignores the
+    /// limit. `grown` is the block to be replaced, or null for a new one.
     fn allocate(&self, bytes: usize, force: bool, grown: *const u8) -> *mut u8 {
         let (c, size) = class(bytes);
         let used = self.used.get() + size;
@@ -304,7 +305,7 @@ pub(crate) unsafe extern "C" fn lua_alloc(
         if !shrinks {
             return null_mut();
         }
-        // Lua relies on shrinking to succeed: the block stays in place under the smaller size, and its tail is lost.
+        // Lua requires shrinking to succeed: the block keeps its address with the smaller size, and its tail is lost.
         if slot.is_mapped() {
             slot.used.set(slot.used.get() - from.1 + to.1);
         }
@@ -317,11 +318,11 @@ pub(crate) unsafe extern "C" fn lua_alloc(
 
 #[cfg(test)]
 impl Slot {
-    /// Creates a mapped slot; `None`, with a message, if the system cannot reserve address space.
+    /// Creates a mapped slot; prints a message and returns `None` if the system cannot reserve address space.
     pub(crate) fn in_test(seed: u64) -> Option<Box<Slot>> {
         let slot = Slot::new(seed);
         if !slot.is_mapped() {
-            println!("skipped: this system reserves no address space");
+            println!("skipped: this system cannot reserve address space");
         }
         slot.is_mapped().then_some(slot)
     }

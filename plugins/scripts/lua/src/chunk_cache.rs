@@ -10,7 +10,7 @@ use mlua_sys::*;
 
 use crate::lua_internals;
 
-/// Capacity, larger than the number of preludes. The oldest entry is dropped first.
+/// Maximum number of entries, greater than the number of preludes. The oldest entry is evicted first.
 const CAPACITY: usize = 16;
 
 struct Chunk {
@@ -21,7 +21,7 @@ struct Chunk {
 
 static CHUNKS: Mutex<Vec<Chunk>> = Mutex::new(Vec::new());
 
-/// Like `luaL_loadbufferx` for source text: pushes the function or a message.
+/// Loads source text like `luaL_loadbufferx`: pushes the compiled function or an error message.
 ///
 /// # Safety
 /// `l` must be a live thread with two free stack slots.
@@ -31,7 +31,7 @@ pub(crate) unsafe fn load(l: *mut lua_State, text: &[u8], name: &'static CStr) -
     }
     let status = luaL_loadbufferx(l, text.as_ptr().cast(), text.len(), name.as_ptr(), c"t".as_ptr());
     if status == LUA_OK {
-        // Debug information is included, for messages and snapshots.
+        // Debug information is included, because messages and snapshots need it.
         let mut code = Vec::new();
         lua_internals::dump(l, &mut code);
         let mut chunks = CHUNKS.lock().unwrap_or_else(PoisonError::into_inner);
@@ -75,7 +75,7 @@ mod tests {
         assert_eq!(run(text), "42");
         assert!(cached(text.as_bytes(), c"=chunk").is_some());
         assert_eq!(run(text), "42");
-        assert_eq!(run("return 7"), "7", "another text of the same name");
+        assert_eq!(run("return 7"), "7", "a different text with the same name");
     }
 
     #[test]

@@ -1,4 +1,4 @@
-//! Dialects: the version of the original program that a script was written for.
+//! Dialects: the version of the original program for which a script was written.
 
 use tatu_plugin_api::safe::*;
 
@@ -8,8 +8,8 @@ pub(crate) fn check_dialect(dialect: &str) -> Result {
     match dialect.split('.').all(digits) && dialect.split('.').count() <= 3 {
         true => Ok(()),
         false => Err(Fail::argument(
-            "the version of the program that scripts were written for, such as \"3.2\" (before 4.2: Lua 5.1, errors \
-             are reported and scripts go on) or \"4.9\" (Lua 5.4)",
+            "a dialect is the version of V-REP for which a script was written, such as \"3.2\" (before 4.2: Lua 5.1, \
+             scripts continue after errors) or \"4.9\" (Lua 5.4)",
         )),
     }
 }

@@ -19,20 +19,20 @@ pub(crate) enum Kind {
     Operator,
 }
 
-/// Iterator over the tokens in order; concatenated, they are the source.
+/// Iterator over the tokens in order; their concatenation is the source.
 pub(crate) struct Tokens<'a> {
     text: &'a [u8],
     at: usize,
 }
 
-/// Operators of several characters, longest first.
+/// Operators of more than one character, longest first.
 const OPERATORS: [&[u8]; 10] = [b"...", b"..", b"==", b"~=", b"<=", b">=", b"//", b"::", b"<<", b">>"];
 
 impl<'a> Tokens<'a> {
     pub(crate) fn new(text: &'a [u8]) -> Self {
         Tokens { text, at: 0 }
     }
-    /// Returns the length of `[==[ ... ]==]`, if one begins at `at`.
+    /// Returns the length of the long bracket `[==[ ... ]==]` at `at`, if there is one.
     fn long(&self, at: usize) -> Option<usize> {
         let rest = self.text[at..].strip_prefix(b"[")?;
         let level = rest.iter().take_while(|c| **c == b'=').count();
@@ -141,8 +141,8 @@ pub(crate) fn words(text: &[u8]) -> Vec<Vec<u8>> {
     out
 }
 
-/// If a script consists only of `if variable == X then ... end` blocks, returns each `X` whose block is not empty; for
-/// any other value the script does nothing. Returns `None` if the script has any other form.
+/// Returns each `X` whose block is not empty if a script consists only of `if variable == X then ... end` blocks; for
+/// other values of the variable, such a script does nothing. Returns `None` if the script has any other form.
 pub(crate) fn branches<'a>(text: &'a [u8], variable: &[u8]) -> Option<Vec<&'a [u8]>> {
     let tokens: Vec<&[u8]> =
         Tokens::new(text).filter(|(kind, _)| *kind != Kind::Space).map(|(_, token)| token).collect();
@@ -166,7 +166,7 @@ pub(crate) fn branches<'a>(text: &'a [u8], variable: &[u8]) -> Option<Vec<&'a [u
         }
         rest = &body[n + 1..];
     }
-    // Any other use of the variable or of these names might lead to another branch.
+    // Any other use of the variable or of these names, such as an assignment, might change which branch runs.
     let occurrences = |name: &[u8]| tokens.iter().filter(|t| **t == name).count();
     let once =
         |name: &&[u8]| occurrences(name) == all.iter().filter(|n| *n == name).count() || name[0].is_ascii_digit();
@@ -181,7 +181,7 @@ fn end_of_block(tokens: &[&[u8]]) -> Option<usize> {
             b"end" | b"until" if depth > 0 => depth -= 1,
             b"end" => return Some(i),
             b"else" | b"elseif" if depth == 0 => return None,
-            // `for` and `while` are counted through their `do`.
+            // `for` and `while` are counted by their `do`.
             b"if" | b"function" | b"do" | b"repeat" => depth += 1,
             _ => {}
         }
@@ -189,19 +189,19 @@ fn end_of_block(tokens: &[&[u8]]) -> Option<usize> {
     None
 }
 
-/// Converts Lua 5.1 to Lua 5.4, preserving line numbers. In 5.1 `goto` was a name, an unknown escape meant the letter
-/// itself, all numbers were floats, and functions with `...` had a table `arg`.
+/// Converts Lua 5.1 to Lua 5.4, preserving line numbers. In 5.1, `goto` was a name, an unknown escape represented the
+/// letter itself, all numbers were floats, and functions with `...` had a table `arg`.
 pub(crate) fn to_lua54(text: &[u8]) -> Cow<'_, [u8]> {
     let mut out = Vec::new();
     let mut same = true;
-    // A label occurs only in scripts that use `goto`.
+    // Labels only occur in scripts that use the statement `goto`.
     let labels = Tokens::new(text).any(|t| t == (Kind::Operator, b"::"));
     for (kind, token) in Tokens::new(text) {
         let before = out.len();
         match kind {
             Kind::Name if token == b"goto" && !labels => out.extend_from_slice(b"goto_"),
             Kind::String => escapes(token, &mut out),
-            // An integer with more digits than a float can represent: 5.1 read it as a float.
+            // 5.1 read an integer with more digits than a float can represent as a float.
             Kind::Number if token.len() > 15 && token.iter().all(u8::is_ascii_digit) => {
                 out.extend_from_slice(token);
                 out.extend_from_slice(b".0");
@@ -235,7 +235,7 @@ fn escapes(quoted: &[u8], out: &mut Vec<u8>) {
     }
 }
 
-/// A function whose `end` has not been reached yet.
+/// A function whose `end` has not been reached yet, for [`arguments`].
 struct Function {
     /// Number of open blocks.
     depth: u32,
@@ -245,13 +245,13 @@ struct Function {
     uses_dots: bool,
 }
 
-/// Returns the start of the bodies of vararg functions that use `arg` but not `...`.
+/// Returns the positions at which the bodies of vararg functions begin that use `arg` but not `...`.
 fn arguments(text: &[u8]) -> Vec<usize> {
     if !text.windows(3).any(|w| w == b"arg") {
         return Vec::new();
     }
     let (mut found, mut functions, mut at) = (Vec::new(), Vec::<Function>::new(), 0);
-    // Whether the position is in a parameter list, and whether that contains `...`.
+    // Whether the current position is in a parameter list, and whether this list contains `...`.
     let (mut head, mut dots) = (false, false);
     for (kind, token) in Tokens::new(text) {
         at += token.len();
@@ -300,7 +300,7 @@ mod tests {
     use proptest::prelude::*;
 
     proptest! {
-        /// No byte is lost, for arbitrary input.
+        /// The concatenated tokens are the source, for arbitrary input.
         #[test]
         fn tokens_are_the_text(text in prop::collection::vec(prop::sample::select(
             b"ab_1.0eE+-[]=\"'\\\n\r -~/<>:{}()gotoarg\xff".to_vec()), 0..60))

@@ -1,11 +1,11 @@
 //! Lua 5.4 as a script language, with a layer for scripts written for Lua 5.1.
 //!
-//! Each script has its own Lua state, accessed through Lua's C interface, so that a command call allocates nothing.
-//! Begin with `state` (data of a script) and `run` (calls from the host); `README.md` describes the environment of
-//! scripts.
+//! Each script has its own Lua state, accessed through Lua's C interface, so that a command call does not allocate.
+//! Start reading with `state` (data of a script) and `run` (calls from the host); `README.md` describes the environment
+//! of scripts.
 //!
-//! Rule for the whole crate: Lua errors and yields are long jumps that skip destructors. A function called by Lua keeps
-//! no value with a destructor, and no `RefCell` guard, alive across a Lua function that may raise.
+//! Rule for the whole crate: Lua errors and yields are long jumps that skip destructors. A function called by Lua must
+//! not keep a value with a destructor, or a `RefCell` guard, alive across a Lua function that may raise.
 #![allow(
     unsafe_op_in_unsafe_fn,
     reason = "every function over the raw Lua interface has one contract, documented at the function"

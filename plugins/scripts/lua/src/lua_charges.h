@@ -13,7 +13,7 @@ struct lua_State;
 #define TATU_VALUE 16
 /* Units per conversion between a number and text. */
 #define TATU_NUMERAL (32 * TATU_INSTRUCTION)
-/* Length of a collision chain that is free, since chains of this length occur by chance. */
+/* Length up to which a collision chain is not charged, because such chains occur by chance. */
 #define TATU_CHAIN 32
 
 /* Charges units, and raises an error once the budget is spent; for functions that may raise errors. */
@@ -24,7 +24,7 @@ void tatu_lua_count(struct lua_State *L, unsigned long long units);
 void tatu_lua_count_here(unsigned long long units);
 /* Sets the running thread, and returns the previous one. */
 struct lua_State *tatu_lua_enter(struct lua_State *L);
-/* `fmod` that charges its work: it takes longer the more its arguments differ. */
+/* `fmod` that charges its work, which increases with the ratio of its arguments. */
 double tatu_lua_fmod(double x, double y);
 
 /* `tatu_lua_charge` for use in Lua's core. */

@@ -62,7 +62,7 @@ unsigned long long *tatu_lua_meter(lua_State *L) {
              ? &G(L)->tatu_used : NULL;
 }
 
-/* Defined in Rust: ends the call with an error. */
+/* Defined in Rust; ends the call with an error. */
 void tatu_lua_spent(lua_State *L);
 
 static THREAD_LOCAL lua_State *running;
@@ -85,7 +85,7 @@ void tatu_lua_charge(lua_State *L, unsigned long long units) {
   tatu_lua_spent(L);
 }
 
-/* This function may not raise an error, so the hook raises it at the next instruction. */
+/* This function must not raise an error, so the hook raises it at the next instruction. */
 void tatu_lua_count(lua_State *L, unsigned long long units) {
   global_State *g = G(L);
   if ((g->tatu_used += units) >= g->tatu_limit) L->hookcount = 1;
@@ -95,7 +95,7 @@ void tatu_lua_count_here(unsigned long long units) {
   if (running) tatu_lua_count(running, units);
 }
 
-/* Charges one step per bit by which the exponents differ; a small difference is free. */
+/* Charges one step per bit by which the exponents differ; small differences are not charged. */
 double tatu_lua_fmod(double x, double y) {
   int a, b;
   frexp(x, &a);
@@ -217,7 +217,7 @@ void tatu_lua_kill_key(Table *t, size_t i) {
   setdeadkey(gnode(t, i));
 }
 
-/* Exchanges everything except identity, colour and metatable. */
+/* Exchanges the contents of two tables: everything except identity, colour and metatable. */
 void tatu_lua_exchange(Table *a, Table *b) {
   Table was = *a;
   int hint_a = !isrealasize(a), hint_b = !isrealasize(b);
@@ -245,8 +245,8 @@ static const Proto *on_top(lua_State *L) {
   return ttisLclosure(o) ? clLvalue(o)->p : NULL;
 }
 
-/* Writes the n-th function nested in the one on top (0: itself; depth first), as `lua_dump` writes a closure of it.
- * Returns 0 if there is no such function. */
+/* Writes the n-th function nested in the one on top of the stack (0: the function itself; depth first), in the format
+ * in which `lua_dump` writes its closure. Returns 0 if there is no such function. */
 int tatu_lua_dump_nested(lua_State *L, unsigned int n, lua_Writer writer, void *data) {
   const Proto *p = on_top(L);
   if (p) p = find(p, &n);
@@ -263,7 +263,7 @@ static void hash_byte(uint64_t *h, int byte) {
   hash_bytes(h, &b, 1);
 }
 
-/* Hashes a size as `dumpSize` in ldump.c writes it. */
+/* Hashes the bytes that `dumpSize` in ldump.c writes for a size. */
 static void hash_size(uint64_t *h, size_t size) {
   unsigned char digits[(sizeof(size_t) * CHAR_BIT + 6) / 7];
   size_t first = sizeof(digits);
@@ -308,8 +308,8 @@ static void hash_function(uint64_t *h, const Proto *f) {
   for (i = 0; i < 4; i++) hash_size(h, 0); /* no debug information */
 }
 
-/* Returns the FNV-1a hash of the bytes that `lua_dump` writes for the function on top, without debug information
- * and line numbers; 0 if it is not a Lua function. */
+/* Returns the FNV-1a hash of the bytes that `lua_dump` writes for the function on top of the stack, without debug
+ * information and line numbers; 0 if it is not a Lua function. */
 uint64_t tatu_lua_hash_code(lua_State *L) {
   const Proto *p = on_top(L);
   const lua_Integer an_integer = LUAC_INT;

@@ -10,9 +10,9 @@
 //! | `lua_math.h` before every file | sine and similar functions of the C library give different bits with a different library or processor | a test compares bits of them | the test fails |
 //! | `strspn=tatu_lua_strspn` | text of floats in scripts for Lua 5.1, see [`NumberFormat`] | [`problems`], at start | error in the log |
 //! | `lua_gc` with a negative step | collections at fixed numbers of calls, see `gc` | [`problems`], at start | error in the log |
-//! | `build/charges.rs`, `lua_charges.h` | loops in C count on the budget | the build finds each place; [`meter`], in each state | C code counts nothing |
-//! | `lua_State.hookcount` | exact instruction counts per call | [`hook_count`], in each state | budgets count whole thousands |
-//! | `lua_State.stack`, `CallInfo.func` | where a script ran out of memory, even while its stack was growing | a test | no place |
+//! | `build/charges.rs`, `lua_charges.h` | loops in C are charged to the budget | the build finds each edited text; [`meter`], in each state | C code is not charged |
+//! | `lua_State.hookcount` | exact instruction counts per call | [`hook_count`], in each state | instructions are counted in thousands |
+//! | `lua_State.stack`, `CallInfo.func` | where a script ran out of memory, even while its stack was growing | a test | no position is reported |
 //! | `Table`, `Node` | snapshots restore keys to their nodes, so that `pairs` continues in the same order | [`knows_tables`], before each snapshot | snapshots are refused, and the run is replayed |
 //! | hashes of strings and floats | main positions of keys in a restored table | all nodes are verified after a restore | the snapshot is refused |
 //! | `Proto` | snapshots refer to functions by their index in a text | a function is looked up by its bytecode | the snapshot is refused |
@@ -87,20 +87,20 @@ pub(crate) fn problems() -> Vec<&'static str> {
             return problems;
         }
         if tatu_lua_seed(l) != SEED {
-            problems.push("Lua's hash seed is not fixed: `pairs` may give a different order in each run");
+            problems.push("Lua's hash seed is not fixed: the order of `pairs` may differ in each run");
         }
         if tatu_lua_has_small_string_cache(l) == 0 {
-            problems.push("Lua caches strings by address: runs may collect garbage at other times");
+            problems.push("Lua caches strings by address: garbage may be collected at different times in each run");
         }
         defer_gc(l, 1);
         if tatu_lua_gc_debt(l) != -1024 {
-            problems.push("Lua's collector cannot be deferred: `pairs` may give a different order after a snapshot");
+            problems.push("Lua's collector cannot be deferred: the order of `pairs` may differ after a snapshot");
         }
         let _plain = NumberFormat::begin(true);
         lua_pushnumber(l, 5.0);
         let text = lua_tolstring(l, -1, null_mut());
         if text.is_null() || CStr::from_ptr(text) != c"5" {
-            problems.push("Lua's number format cannot be set: scripts of old dialects show 5.0 where they showed 5");
+            problems.push("Lua's number format cannot be set: scripts of old dialects print 5.0 instead of 5");
         }
         lua_close(l);
     }
@@ -116,9 +116,9 @@ pub(crate) unsafe fn defer_gc(l: *mut lua_State, kib: c_int) {
     lua_gc(l, LUA_GCSTEP, -kib);
 }
 
-/// Number format of this OS thread while the value lives: whether a float with an integral value is written as `5`, as
-/// in Lua 5.1, or as `5.0`. Lua formats numbers in one function, which calls `strspn` to decide whether ".0" must
-/// follow. The build replaces `strspn`, so that the format applies to `..` and `string.format` as well as to
+/// Number format of this OS thread while the value is alive: whether a float with an integral value is written as `5`,
+/// as in Lua 5.1, or as `5.0`. Lua formats numbers in a single function, which calls `strspn` to decide whether to
+/// append ".0". The build replaces `strspn`, so that the format applies to `..` and `string.format` as well as to
 /// `tostring`, at no cost.
 pub(crate) struct NumberFormat(c_int);
 
@@ -154,7 +154,7 @@ pub(crate) struct Meter {
     pub limit: Cell<u64>,
 }
 
-/// Units of one instruction, and of a byte that is examined individually.
+/// Units per instruction; below, units per byte that is examined individually.
 pub(crate) const INSTRUCTION: u64 = 64;
 pub(crate) const BYTE: u64 = 16;
 
@@ -168,12 +168,12 @@ pub(crate) unsafe fn meter(l: *mut lua_State) -> *const Meter {
 
 /// Charges units to the Lua thread that runs in this OS thread, if any.
 pub(crate) fn count_here(units: u64) {
-    // SAFETY: the C function does nothing if no thread is running; a running one is alive, because `Running` resets it
-    // before its state can be closed.
+    // SAFETY: the C function has no effect if no thread is running; a running thread is alive, because `Running` resets
+    // it before its state can be closed.
     unsafe { tatu_lua_count_here(units) };
 }
 
-/// Marks `l` as the Lua thread running in this OS thread while the value lives; C code charges its work to it.
+/// Marks `l` as the Lua thread running in this OS thread while the value is alive; C code charges its work to it.
 pub(crate) struct Running(*mut lua_State);
 
 impl Running {
@@ -192,9 +192,9 @@ impl Drop for Running {
     }
 }
 
-/// Calls `look`, which examines the running functions of a thread, while its allocator refuses to let `block` grow. If
-/// `block` is the stack, Lua has turned all pointers into it into offsets; they are restored for `look`, since
-/// following the offsets as pointers would crash.
+/// Calls `look`, which examines the running functions of a thread, while the allocator refuses to grow `block`. If
+/// `block` is the stack, Lua has converted all pointers into it to offsets; they are restored for `look`, because
+/// dereferencing an offset would crash.
 ///
 /// # Safety
 /// Only the allocator may call this; `look` may only read which functions run.
@@ -217,7 +217,7 @@ pub(crate) fn hash_text(text: &[u8]) -> u32 {
 
 /// Returns Lua's hash of a float without an integral value.
 pub(crate) fn hash_float(x: f64) -> u32 {
-    // SAFETY: the function computes from its argument only.
+    // SAFETY: the function only uses its argument.
     unsafe { tatu_lua_hash_float(x) }
 }
 
@@ -231,7 +231,7 @@ pub(crate) enum Key<'a> {
     Text(&'a [u8]),
     /// A table, function, coroutine or userdata.
     Object,
-    /// A collected key of a node without a value.
+    /// A key that was collected; its node has no value.
     Dead,
 }
 
@@ -277,11 +277,11 @@ impl RawTable {
         };
         (key, node.has_value != 0)
     }
-    /// Marks the key of a node, a string whose value was removed, as collected.
+    /// Marks the key of a node without a value, which must be a string, as collected.
     pub(crate) unsafe fn kill_key(self, i: usize) {
         tatu_lua_kill_key(self.0, i);
     }
-    /// Exchanges the contents of two tables; metatables stay.
+    /// Exchanges the contents of two tables, but not their metatables.
     ///
     /// # Safety
     /// The collector must be stopped, and both tables must have the same colour.
@@ -322,7 +322,7 @@ unsafe extern "C-unwind" fn extend(_: *mut lua_State, bytes: *const c_void, n: u
     0
 }
 
-/// Writes the function on top as a binary chunk; writes nothing if it is not a Lua function.
+/// Writes the function on top of the stack as a binary chunk; writes nothing if it is not a Lua function.
 ///
 /// # Safety
 /// There must be a value on top.
@@ -331,7 +331,8 @@ pub(crate) unsafe fn dump(l: *mut lua_State, out: &mut Vec<u8>) {
     tatu_lua_dump_nested(l, 0, extend, (&raw mut *out).cast());
 }
 
-/// Writes the function on top and all functions nested in it, depth first, each as `dump` writes a closure of it.
+/// Writes the function on top of the stack and all functions nested in it, depth first, each in the format in which
+/// `dump` writes its closure.
 ///
 /// # Safety
 /// There must be a value on top.
@@ -345,8 +346,8 @@ pub(crate) unsafe fn dump_all(l: *mut lua_State, out: &mut Vec<Vec<u8>>) {
     }
 }
 
-/// Returns a hash of the bytecode of the Lua function on top, including nested functions, but without line numbers and
-/// comments. Returns 0 if it is not a Lua function.
+/// Returns a hash of the bytecode of the Lua function on top of the stack, including nested functions, but not line
+/// numbers or comments. Returns 0 if it is not a Lua function.
 ///
 /// # Safety
 /// There must be a value on top.

@@ -1,6 +1,6 @@
 /* Included before every file of Lua: replaces math functions whose results differ between C libraries or processors
- * by those of `lua_math.rs`. Functions that IEEE 754 defines exactly (sqrt, fmod, floor, ...) remain those of the C
- * library. */
+ * with those of `lua_math.rs`. Functions that IEEE 754 defines exactly (sqrt, fmod, floor, ...) are still those of the
+ * C library. */
 #ifndef TATU_LUA_MATH_H
 #define TATU_LUA_MATH_H
 #include <math.h>

@@ -1,4 +1,4 @@
-//! Lua's transcendental functions, for `lua_math.h`: bit-identical with any C library and on any processor.
+//! Lua's transcendental functions, for `lua_math.h`; results are bit-identical with any C library and on any processor.
 
 /// Defines functions that are called from C.
 macro_rules! functions {

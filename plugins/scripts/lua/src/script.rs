@@ -1,4 +1,4 @@
-//! Creation and end of a script.
+//! Creation and destruction of a script.
 
 use std::{
     cell::{Cell, RefCell},
@@ -21,9 +21,9 @@ pub(crate) struct Script {
     state: Box<State>,
 }
 
-// SAFETY: the Lua state, its memory and its files belong to this script alone, and only the owner of the script uses
-// them, from one thread at a time. Scripts share nothing in Lua or in this plugin except immutable data and data behind
-// locks. The world's pointer is only passed to functions of the host, which check the calling thread.
+// SAFETY: the Lua state, its memory and its files belong to this script alone, and only the owner of the `Script` uses
+// them, from one thread at a time. Scripts share only immutable data and data behind locks. The world's pointer is only
+// passed to functions of the host, which check the calling thread.
 unsafe impl Send for Script {}
 
 impl Deref for Script {
@@ -37,12 +37,12 @@ impl Script {
     pub(crate) fn new(world: &World<'_>, instance: Instance) -> Result<Self> {
         let host = world.host();
         let commands = Commands::of(host)
-            .ok_or_else(|| Fail::unsupported("this host offers no commands, so scripts cannot run"))?;
+            .ok_or_else(|| Fail::unsupported("this host does not offer the command service, so scripts cannot run"))?;
         let slot = Slot::new(instance.seed);
         static TOLD: std::sync::atomic::AtomicBool = std::sync::atomic::AtomicBool::new(false);
         if !slot.is_mapped() && cfg!(unix) && !TOLD.swap(true, std::sync::atomic::Ordering::Relaxed) {
-            let text = "Lua: the system has too little address space for a script: `pairs` may visit keys that are tables or \
-                        functions in another order in each run; allow the program more (`ulimit -v`)";
+            let text = "Lua: the system has too little address space for a script: the order in which `pairs` visits \
+                        keys that are tables or functions may differ in each run; raise the limit (`ulimit -v`)";
             world.log(TATU_LOG_WARNING, text.as_bytes());
         }
         // SAFETY: `lua_alloc` gets the slot as its argument; the slot is boxed, so its address is stable, and it is
@@ -115,10 +115,10 @@ impl Script {
 impl Drop for Script {
     fn drop(&mut self) {
         self.end_line();
-        // A mapped slot releases all Lua objects at once. Open files are owned by `State`, not by Lua.
+        // Dropping a mapped slot releases all Lua objects at once. Open files are owned by `State`, not by Lua.
         if !self.slot.is_mapped() {
-            // SAFETY: the host ends an instance only while none of its calls runs, and this is the only place that
-            // closes the state.
+            // SAFETY: the host destroys an instance only while none of its calls runs, and no other code closes the
+            // state.
             unsafe { lua_close(self.main) };
         }
     }

@@ -6,7 +6,7 @@ use mlua_sys::*;
 pub(crate) mod reg {
     /// The compiled script.
     pub const CHUNK: i64 = 10;
-    /// Functions passed out during a call: id -> function.
+    /// Functions passed to the host for the duration of a call: id -> function.
     pub const BORROWED: i64 = 11;
     /// Functions kept by the host: id -> function.
     pub const KEPT: i64 = 12;
@@ -64,7 +64,7 @@ pub(crate) unsafe fn registry(l: *mut lua_State, place: i64) -> i32 {
     lua_rawgeti(l, LUA_REGISTRYINDEX, place)
 }
 
-/// Sets a function in the table on top.
+/// Sets a field of the table on top of the stack to a C function.
 ///
 /// # Safety
 /// The stack must have two free slots. May raise a Lua error.
@@ -74,7 +74,7 @@ pub(crate) unsafe fn set(l: *mut lua_State, name: &std::ffi::CStr, f: lua_CFunct
     lua_setfield(l, -2, name.as_ptr());
 }
 
-/// Reads the list of strings on top.
+/// Reads the list of strings on top of the stack.
 ///
 /// # Safety
 /// Must run in protected mode, with a table on top and one free stack slot.

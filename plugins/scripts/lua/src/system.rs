@@ -1,6 +1,6 @@
 //! Virtual memory of the operating system.
 
-/// Reserves address space, which uses no memory until committed. Returns null if that is not supported, or refused.
+/// Reserves address space, which does not use memory until committed. Returns null if this is unsupported or refused.
 #[cfg(unix)]
 pub(crate) fn reserve(bytes: usize) -> *mut u8 {
     reserve_near(std::ptr::null_mut(), bytes)
@@ -14,17 +14,17 @@ const FLAGS: i32 = libc::MAP_PRIVATE | libc::MAP_ANON;
 /// Reserves address space at `wish`, or elsewhere if that range is in use.
 #[cfg(unix)]
 fn reserve_near(wish: *mut u8, bytes: usize) -> *mut u8 {
-    // SAFETY: without MAP_FIXED the address is only a hint, so the new mapping replaces no existing one.
+    // SAFETY: without MAP_FIXED, the address is only a hint, so the new mapping does not replace an existing one.
     let at = unsafe { libc::mmap(wish.cast(), bytes, libc::PROT_NONE, FLAGS, -1, 0) };
     if at == libc::MAP_FAILED { std::ptr::null_mut() } else { at.cast() }
 }
 
-/// Reserves address space that begins at a multiple of `align`, without padding. Returns null if none of the places
+/// Reserves address space that begins at a multiple of `align`, without padding. Returns null if none of the addresses
 /// tried is free.
 #[cfg(all(unix, target_pointer_width = "64"))]
 pub(crate) fn reserve_aligned(bytes: usize, align: usize) -> *mut u8 {
     use std::sync::atomic::{AtomicUsize, Ordering};
-    /// A range in which systems with 47 or more address bits place neither programs nor their libraries, heaps and
+    /// A range in which systems with at least 47 address bits place neither programs nor their libraries, heaps and
     /// stacks.
     const PLACES: std::ops::Range<usize> = 0x1000_0000_0000..0x5000_0000_0000;
     const TRIES: usize = 32;

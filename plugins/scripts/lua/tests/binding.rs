@@ -150,7 +150,7 @@ fn callers_take_as_many_results_as_they_ask_for() {
     assert_eq!(s.function("few", &values).unwrap(), [one.clone(), one.clone(), half.clone()]);
     let all = [one.clone(), half.clone(), point.clone(), Value::Bool(true), Value::Int(3), Value::Int(3)];
     assert_eq!(s.function("more", &values).unwrap(), all);
-    // The table itself is the first argument.
+    // The called table itself is passed as the first argument.
     assert_eq!(s.function("through", &values).unwrap(), [one]);
     assert_eq!(s.function("inner", &values).unwrap(), [half]);
 }
@@ -171,11 +171,11 @@ fn what_cannot_cross_is_told_with_its_place() {
         (TATU_ERR_ARGUMENT, "argument 2, at .a[2].b: the table contains itself", 2)
     );
     let e = s.function("thread", &[]).unwrap_err();
-    assert_eq!(e.text, "argument 1: a thread cannot be passed on");
+    assert_eq!(e.text, "argument 1: a thread cannot be passed");
     let e = s.function("deep", &[]).unwrap_err();
     assert!(e.text.ends_with("the table is nested deeper than 32"), "{e:?}");
     let e = s.function("key", &[]).unwrap_err();
-    assert!(e.text.contains("is not a text, number or boolean"), "{e:?}");
+    assert!(e.text.contains("is not a string, number or boolean"), "{e:?}");
 }
 
 #[test]

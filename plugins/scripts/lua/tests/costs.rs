@@ -1,5 +1,5 @@
-//! Tests of the cost of library functions: docs/reference/script-costs.md has a row for each function, and no call runs
-//! for long without checking the budget.
+//! Tests of the cost of library functions: docs/reference/script-costs.md must have a row for each function, and no
+//! call may run for long without checking the budget.
 #![allow(missing_docs)]
 
 mod common;
@@ -77,7 +77,7 @@ fn every_function_has_a_row() {
     let without: Vec<_> = there.difference(&rows).collect();
     assert!(without.is_empty(), "without a row in script-costs.md: {without:?}");
     let gone: Vec<_> = rows.difference(&there).collect();
-    assert!(gone.is_empty(), "rows of functions that are not there: {gone:?}");
+    assert!(gone.is_empty(), "rows for functions that do not exist: {gone:?}");
 }
 
 /// Instruction budget of a call in the tests below.
@@ -154,16 +154,16 @@ fn hostile_calls_end_with_an_error() {
         let e = s.init().expect_err(text);
         assert!([TATU_ERR_BUDGET, TATU_ERR_MEMORY].contains(&e.code), "{text}: {e:?}");
         assert!(e.code == TATU_ERR_MEMORY || e.text.contains("used up its 4000000 instructions"), "{text}: {e:?}");
-        // The work that a single instruction does in C is only noticed at the next instruction.
+        // Work that a single instruction performs in C is only checked at the next instruction.
         assert!(s.used.get() < 3 * BUDGET, "{text}: {}", s.used.get());
-        // Other scripts still run.
+        // Other scripts can still run.
         let other = h.load("function f() return 1 end");
         other.init().unwrap();
         other.function("f", &[]).unwrap();
     }
 }
 
-/// Creates a string or table of a million elements, a call with it, and the most such calls within the budget.
+/// Code that creates a large string or table, a call with it, and the maximum number of such calls within the budget.
 const LARGE: &[(&str, &str, u64)] = &[
     ("s = ('x'):rep(1e6)", "s:upper()", 17),
     ("s = ('x'):rep(1e6)", "s:lower()", 17),
@@ -240,7 +240,7 @@ fn calls_cost_what_they_do() {
     }
 }
 
-/// Collection terminates for weak tables whose values refer to each other's keys in the worst order for the collector.
+/// A collection terminates for weak tables whose values refer to each other's keys in the worst order.
 #[test]
 fn the_collector_ends() {
     let h = host();

@@ -146,7 +146,7 @@ fn an_old_text_runs_again_for_each_callback() {
     assert_eq!(s.find(TATU_FIND_CALLBACK, "thread"), 0);
     assert_eq!(s.callback("sensing", &[]).unwrap().1, [Value::Int(1), Value::text("two")]);
     assert_eq!(*h.calls.borrow(), ["show(0, 1, 1, 77, 8)", "show(3, 1, 2, 77)"]);
-    // The script has neither branches nor functions: it runs once.
+    // A script with neither branches nor functions runs once.
     let s = load(h, "show('once')");
     s.init().unwrap();
     assert_eq!(s.find(TATU_FIND_CALLBACK, "actuation"), 0);
@@ -257,7 +257,7 @@ fn the_library_is_closed() {
     std::fs::remove_dir_all(dir).unwrap();
 }
 
-/// `print` completes a line begun by `io.write`, and no output is lost, not even before an error.
+/// `print` completes a line that `io.write` has begun, and no output is lost, not even before an error.
 #[test]
 fn what_is_written_and_printed_keeps_its_order() {
     let h = host();
@@ -315,7 +315,7 @@ fn a_thread_waits() {
         *h.calls.borrow(),
         ["show(first, Bool(true), 7, b)", "show(second, 5)", "show(third, Bool(false), went away)", "show(loop, 1)"]
     );
-    // Errors of a thread have a position; a bare yield is an error, because nothing would resume the thread.
+    // Errors in a thread have a position. A plain yield is an error, because no code would resume the thread.
     let s = load(h, "function sysCall_thread()\n wait()\n error 'late' end");
     s.init().unwrap();
     s.callback("thread", &[]).unwrap();
@@ -381,7 +381,7 @@ fn the_scripts_of_the_course_run() {
         let text = std::fs::read_to_string(&path).unwrap();
         assert_eq!(s.load(&text, &path.display().to_string(), "").unwrap(), "3.2");
         s.init().unwrap();
-        // The callbacks for which the script has a branch.
+        // The script must have exactly the callbacks for which it has a branch.
         let has = |callback: &&str| {
             let there = s.find(TATU_FIND_CALLBACK, callback) != 0;
             let said = text.contains(&format!("sim_childscriptcall_{callback}"));

@@ -1,11 +1,11 @@
-//! Tests of the limits of a script: endless loops, memory, depth.
+//! Tests of the limits of a script: instructions, memory, call depth.
 #![allow(missing_docs)]
 
 mod common;
 use common::*;
 use tatu_plugin_api::{abi::*, safe::Value};
 
-/// Endless loops.
+/// Scripts that contain endless loops.
 const ENDLESS: &[&str] = &[
     "while true do end",
     "while true do pcall(function() while true do end end) end",
@@ -73,8 +73,8 @@ fn endless_loops_end() {
         assert_eq!(e.code, TATU_ERR_BUDGET, "{text}: {e:?}");
         assert!(e.text.contains("used up its 200000 instructions"), "{text}: {e:?}");
         assert_eq!(e.file, "t.lua", "{text}: {e:?}");
-        // A call that begins within the budget completes and is charged fully: 10 MB are about 160,000 instructions,
-        // and its allocation as many.
+        // A call that begins within the budget completes and is charged fully: filling 10 MB costs about 160,000
+        // instructions, and allocating them costs the same.
         assert!(s.used.get() < 600_000, "{text}: {}", s.used.get());
         // The script is not called any more.
         assert_eq!(s.init().unwrap_err().code, TATU_ERR_BUDGET);
@@ -129,7 +129,7 @@ fn memory_has_a_limit() {
     assert_eq!(s.function("fine", &[]).unwrap(), [Value::Int(200_000)]);
 }
 
-/// The last allocation is for the stack: the position of the error is determined while Lua moves it.
+/// The allocation that fails is for the stack, so the position of the error is determined while Lua moves the stack.
 #[test]
 fn a_stack_that_cannot_grow_is_an_error() {
     let h = host();
@@ -193,7 +193,7 @@ fn a_thousand_states() {
         values.push(s.function("f", &[]).unwrap());
     }
     values.dedup();
-    assert_eq!(values.len(), 1000, "every script has a random sequence of its own");
+    assert_eq!(values.len(), 1000, "every script has its own random sequence");
     drop(scripts);
     let again = h.script(999);
     again.load("function f() return echo(1, math.random(1000000)) end", "t.lua", "").unwrap();

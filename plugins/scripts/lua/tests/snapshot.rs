@@ -1,6 +1,6 @@
 //! Tests of saved and restored states: everything that a script can observe is the same, in the same order, and saving
 //! does not affect the script.
-#![allow(clippy::undocumented_unsafe_blocks, reason = "the test plays the host")]
+#![allow(clippy::undocumented_unsafe_blocks, reason = "the test acts as the host")]
 
 mod common;
 
@@ -8,7 +8,7 @@ use common::{Host, Script, num, ret};
 use proptest::prelude::*;
 use tatu_plugin_api::abi::*;
 
-/// Saves the state of a script; the error is its text.
+/// Saves the state of a script; returns the text of the error if it fails.
 fn saved(s: &Script) -> Result<Vec<u8>, String> {
     s.save().map_err(|e| e.text)
 }
@@ -34,9 +34,9 @@ fn same(text: &str) {
         s.function("go", &[]).unwrap();
     }
     let bytes = saved(&s).unwrap_or_else(|e| panic!("{e}"));
-    assert!(saved(&s).unwrap() == bytes, "writing changes nothing");
+    assert!(saved(&s).unwrap() == bytes, "saving must not change the state");
     let copy = again(host, text, &bytes);
-    assert!(saved(&copy).unwrap() == bytes, "a copy's state is the same, place by place");
+    assert!(saved(&copy).unwrap() == bytes, "the saved state of a copy must be identical");
     for i in 0..20 {
         assert_eq!(s.function("look", &[]).unwrap(), copy.function("look", &[]).unwrap(), "round {i}");
         let (a, b) = (s.function("go", &[]).unwrap(), copy.function("go", &[]).unwrap());
@@ -49,7 +49,7 @@ fn same(text: &str) {
 fn refusal(text: &str) -> String {
     let s = Host::new().load(text);
     s.init().unwrap();
-    saved(&s).expect_err("this cannot be captured")
+    saved(&s).expect_err("the state must not be saved")
 }
 
 #[test]
@@ -247,7 +247,7 @@ fn what_cannot_be_captured_is_named() {
 
 #[test]
 fn writing_does_not_move_what_comes_after() {
-    // The order of table keys reveals their addresses.
+    // The order of keys that are tables depends on their addresses.
     let text = "local function digest() local t, s = {}, {}
             for i = 1, 40 do t[{i}] = i end
             for _, v in pairs(t) do s[#s + 1] = v end
@@ -282,14 +282,14 @@ fn damaged_bytes_are_refused() {
             }
             let copy = host.load(text);
             refused += usize::from(copy.restore(&bad).is_err());
-            // The state is usable even after a refused restore.
+            // The state must remain usable after a failed restore.
             drop(copy);
         }
     }
     assert!(refused > bytes.len(), "{refused} of {}", 2 * bytes.len());
 }
 
-/// An operation on tables: which table, which key, and the new value.
+/// An operation on a table: the indices of the table, the key, and the new value.
 type Move = (usize, usize, usize);
 
 fn statement((table, key, value): &Move) -> String {
@@ -310,7 +310,7 @@ fn statement((table, key, value): &Move) -> String {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(60))]
 
-    /// Restores random graphs of tables: same content, order and length, also after further changes.
+    /// Restored random graphs of tables have the same content, order and length, also after further changes.
     #[test]
     fn any_graph_of_tables(
         before in proptest::collection::vec((0usize..5, 0usize..200, 0usize..60), 1..150),

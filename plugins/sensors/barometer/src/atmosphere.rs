@@ -1,15 +1,16 @@
-//! The standard atmosphere: pressure by altitude, and back.
+//! The standard atmosphere: pressure as a function of altitude, and its inverse.
 //!
-//! Constants of ICAO Doc 7488/2 and the U.S. Standard Atmosphere 1976, as crnslab.org/util/atmo.php lists them: temperature
-//! falls by 6.5 K per km from 288.15 K at the sea to 216.65 K at 11 km, and stays at that up to 20 km. In these layers
+//! Constants of ICAO Doc 7488/2 and the U.S. Standard Atmosphere 1976, as crnslab.org/util/atmo.php lists them: the
+//! temperature decreases by 6.5 K per km from 288.15 K at sea level to 216.65 K at 11 km, and is constant up to 20 km.
+//! In these layers
 //!
 //! p = p0 (1 - L h / T0)^(g0 / (R L))    and    p = p1 exp(-g0 (h - h1) / (R T1)),
 //!
 //! where h is the geopotential altitude, r z / (r + z) of the altitude z.
 
-/// Pressure at the sea, Pa.
+/// Pressure at sea level, Pa.
 pub const SEA_LEVEL: f64 = 101_325.0;
-/// Temperature at the sea, K.
+/// Temperature at sea level, K.
 const T0: f64 = 288.15;
 /// Decrease of temperature in the lower layer, K/m.
 const LAPSE: f64 = 0.0065;
@@ -17,23 +18,23 @@ const LAPSE: f64 = 0.0065;
 const G0: f64 = 9.806_65;
 /// Gas constant of air: 8.31432 J/(mol K) over 0.0289644 kg/mol.
 const R: f64 = 8.314_32 / 0.028_964_4;
-/// Radius of the Earth by which geopotential altitude is defined, m.
+/// Radius of the Earth in the definition of geopotential altitude, m.
 const RADIUS: f64 = 6_356_766.0;
 /// Geopotential altitude of the tropopause, m, and the temperature there, K.
 const TROPOPAUSE: f64 = 11_000.0;
 const T1: f64 = T0 - LAPSE * TROPOPAUSE;
 const EXPONENT: f64 = G0 / (R * LAPSE);
-/// Lowest altitude that is computed, m: deeper than any mine or trench on land.
+/// Minimum supported altitude, m: deeper than any mine or trench on land.
 const LOWEST: f64 = -10_000.0;
-/// Highest altitude that is computed, m.
+/// Maximum supported altitude, m.
 const HIGHEST: f64 = 100_000.0;
 
-/// Returns pressure at the tropopause as a share of that at the sea.
+/// Returns the ratio of the pressure at the tropopause to that at sea level.
 fn at_tropopause() -> f64 {
     libm::pow(T1 / T0, EXPONENT)
 }
 
-/// Returns pressure as a share of that at the sea, at an altitude, m. Above 20 km, the layer below is continued.
+/// Returns the ratio of the pressure at an altitude, m, to that at sea level. Above 20 km, the layer below is extended.
 pub fn share(altitude: f64) -> f64 {
     let z = altitude.clamp(LOWEST, HIGHEST);
     let h = RADIUS * z / (RADIUS + z);
@@ -44,7 +45,7 @@ pub fn share(altitude: f64) -> f64 {
     }
 }
 
-/// Returns the altitude, m, at which pressure is this share of that at the sea.
+/// Returns the altitude, m, at which the pressure has this ratio to that at sea level.
 pub fn altitude(share: f64) -> f64 {
     let share = share.max(1e-12);
     let tropopause = at_tropopause();

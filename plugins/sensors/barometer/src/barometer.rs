@@ -11,7 +11,7 @@ use crate::{
     presets,
 };
 
-/// The plugin; it has no state.
+/// The plugin, which has no state.
 pub struct Barometers;
 
 /// A barometer.
@@ -19,7 +19,7 @@ pub struct Barometers;
 pub struct Barometer {
     /// Altitude of the world's origin, m.
     origin: f64,
-    /// Pressure at the sea, Pa.
+    /// Pressure at sea level, Pa.
     sea_level: f64,
 }
 
@@ -39,8 +39,7 @@ fn altitude(pressure: f64) -> f64 {
 impl Sensor for Barometer {
     type Plugin = Barometers;
     const ID: &'static str = "barometer";
-    const TEXT: &'static str =
-        "Measures the pressure of the standard atmosphere, and the altitude that follows from it.";
+    const TEXT: &'static str = "Measures the pressure of the standard atmosphere, and the altitude derived from it.";
     const SCHEMAS: &'static [&'static str] = &["pressure/1"];
     const INPUTS: u32 = TATU_IN_POSE;
     const EVERY_PHYSICS_STEP: bool = true;
@@ -52,7 +51,7 @@ impl Sensor for Barometer {
                 .unit("Pa")
                 .range(50_000.0, 150_000.0)
                 .default(SEA_LEVEL)
-                .text("Pressure of the air at the sea (QNH)."),
+                .text("Air pressure at sea level (QNH)."),
         ]
     }
 
@@ -63,7 +62,7 @@ impl Sensor for Barometer {
     fn create(world: &SharedWorld<'_>, _: Instance, params: &Params<'_>) -> Result<Self> {
         let [_, _, origin] = world.f64s(0, world.host().prop("scene.origin"))?;
         if !origin.is_finite() {
-            return Err(Fail::argument("the altitude of `scene.origin` is not finite; a barometer needs a place"));
+            return Err(Fail::argument("the altitude of `scene.origin` must be finite: a barometer needs it"));
         }
         Ok(Barometer { origin, sea_level: params.f64("sea_level_pressure")? })
     }
@@ -87,7 +86,7 @@ impl Sensor for Barometer {
         Ok(())
     }
 
-    /// Computes the altitude from the pressure with its noise.
+    /// Computes the altitude from the noisy pressure.
     fn finish(&self, _: &Sample<'_>, out: &mut Readout<'_>) -> Result {
         let pressure = out.slice(Self::PRESSURE)[0];
         out.set(Self::ALTITUDE, altitude(pressure));

@@ -1,4 +1,4 @@
-//! Commercial barometers. Near the sea, 12 Pa are a metre.
+//! Presets of commercial barometers. Near sea level, 12 Pa correspond to 1 m.
 
 use tatu_plugin_api::safe::Preset;
 

@@ -11,40 +11,40 @@ use crate::{
     presets,
 };
 
-/// The plugin; it has no state.
+/// The plugin, which has no state.
 pub struct Batteries;
 
 /// A battery.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Battery {
-    /// The joint that it drives; 0: the nearest above.
+    /// The joint whose motor it feeds; 0: the nearest joint above.
     joint: tatu_object,
     /// Charge at the start, 0 to 1.
     charge: f64,
     circuit: Circuit,
 }
 
-/// What a change of live parameters sets.
+/// The parameters that can change during a run.
 #[derive(Debug, Clone, PartialEq)]
 struct Circuit {
     cells: Cells,
     /// Number of motors like the one at the joint.
     motors: f64,
-    /// Current of everything but motors, A.
+    /// Current of all loads except motors, A.
     idle: f64,
-    /// Mechanical power per electrical power of a motor.
+    /// Efficiency of a motor: mechanical power per electrical power.
     efficiency: f64,
 }
 
 fields! {
     Battery {
-        VOLTAGE: f64 = Field::new("battery.voltage").unit("V").text("Voltage between the terminals; 0 when empty.");
-        CURRENT: f64 = Field::new("battery.current").unit("A").text("Current that it delivers.");
-        CHARGE: f64 = Field::new("battery.charge").unit("1").text("Remaining share of the capacity, 0 to 1.");
+        VOLTAGE: f64 = Field::new("battery.voltage").unit("V").text("Voltage between the terminals; 0 if empty.");
+        CURRENT: f64 = Field::new("battery.current").unit("A").text("Current that the battery delivers.");
+        CHARGE: f64 = Field::new("battery.charge").unit("1").text("Remaining fraction of the capacity, 0 to 1.");
     }
 }
 
-/// What is kept between measurements: whether there was one, its time (s), its current (A), and the charge.
+/// The state: whether there was a measurement, its time (s), its current (A), and the charge.
 const STATE: usize = 4;
 
 impl Circuit {
@@ -52,7 +52,7 @@ impl Circuit {
         let voltages = params.get("voltages")?.numbers().unwrap_or_default();
         if voltages.is_empty() || !voltages.iter().all(|v| v.is_finite() && *v >= 0.0) {
             return Err(Fail::argument(format!(
-                "`voltages`: expected at least one number, none below 0, found {voltages:?} V"
+                "`voltages`: expected at least one number, and none below 0, found {voltages:?} V"
             )));
         }
         const SECONDS_PER_HOUR: f64 = 3600.0;
@@ -70,7 +70,7 @@ impl Circuit {
 }
 
 impl Battery {
-    /// Processes the joint's velocity and effort at a time, s; returns what it delivers, and its charge.
+    /// Updates the state with the joint's velocity and effort at a time, s; returns the output and the charge.
     fn drain(&self, state: &mut [f64], (time, velocity, effort): (f64, f64, f64)) -> (Output, f64) {
         let [there, last_time, current, charge] = state else {
             return (Output { voltage: 0.0, current: 0.0 }, 0.0);
@@ -101,29 +101,27 @@ impl Sensor for Battery {
         vec![
             Param::string("joint")
                 .default("")
-                .text(
-                    "Path of the joint, from the sensor on (`..` is its parent); empty: the nearest above it, if any.",
-                )
+                .text("Path of the joint relative to the sensor (`..` is its parent); empty: the nearest one, if any.")
                 .rebuilds(),
             Param::int("motors")
                 .range(0.0, 1e6)
                 .default(1_i64)
-                .text("Number of motors that it feeds; each is taken to draw what the one at the joint draws."),
-            Param::float("capacity_ah").range(1e-9, 1e9).default(2.0).text("Charge when full, A h."),
+                .text("Number of motors that it feeds; each is assumed to draw as much power as the one at the joint."),
+            Param::float("capacity_ah").range(1e-9, 1e9).default(2.0).text("Full charge, A h."),
             Param::floats("voltages", 0)
                 .unit("V")
                 .default(vec![9.0, 11.1, 12.6])
-                .text("Voltage without load at equal distances of charge, from empty to full."),
+                .text("Open-circuit voltages at equally spaced charges, from empty to full."),
             Param::float("resistance_ohm").range(0.0, 1e9).default(0.1).text("Internal resistance, Ohm."),
             Param::float("idle_current")
                 .unit("A")
                 .range(0.0, 1e6)
                 .default(0.0)
-                .text("Current of everything but the motors."),
+                .text("Current of all loads except the motors."),
             Param::float("efficiency")
                 .range(1e-3, 1.0)
                 .default(0.7)
-                .text("Mechanical power of a motor per electrical power."),
+                .text("Efficiency of a motor: mechanical power per electrical power."),
             Param::float("charge").range(0.0, 1.0).default(1.0).text("Charge at the start.").rebuilds(),
         ]
     }
@@ -172,7 +170,7 @@ mod tests {
         let circuit = Circuit { cells, motors: 2.0, idle: 1.0, efficiency: 0.5 };
         let it = Battery { joint: 0, charge: 0.5, circuit };
         let mut state = [0.0; STATE];
-        // Two motors of 5 W behind an efficiency of a half take 20 W: 2 A, and 1 A beside them.
+        // Two motors of 5 W with an efficiency of 0.5 draw 20 W, which is 2 A; the idle current is 1 A.
         let (output, charge) = it.drain(&mut state, (3.0, -5.0, 1.0));
         assert_eq!((output.current, output.voltage, charge), (3.0, 10.0, 0.5));
         let (_, charge) = it.drain(&mut state, (8.0, 0.0, 1.0));

@@ -1,18 +1,18 @@
-//! The circuit of a battery: a source whose voltage depends on its charge, behind a resistance, with two loads in parallel:
-//! one takes a constant current, the other a given power.
+//! The circuit of a battery: a source whose voltage depends on its charge, in series with a resistance, and two
+//! parallel loads: one with a constant current, the other with a given power.
 
 /// Cells in series.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Cells {
-    /// Charge when full, C.
+    /// Full charge, C.
     pub capacity: f64,
-    /// Voltage without load, V, at equal distances of charge: first when empty, last when full. At least one number.
+    /// Open-circuit voltages, V, at equally spaced charges, from empty to full; at least one.
     pub voltages: Vec<f64>,
     /// Internal resistance, Ohm.
     pub resistance: f64,
 }
 
-/// What a battery delivers.
+/// The output of a battery.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Output {
     /// Voltage between the terminals, V.
@@ -22,7 +22,7 @@ pub struct Output {
 }
 
 impl Cells {
-    /// Returns the voltage without load at a charge from 0 to 1.
+    /// Returns the open-circuit voltage at a charge from 0 to 1.
     pub fn open_voltage(&self, charge: f64) -> f64 {
         let Some(last) = self.voltages.len().checked_sub(1) else { return 0.0 };
         let at = charge.clamp(0.0, 1.0) * last as f64;
@@ -31,14 +31,14 @@ impl Cells {
         self.voltages[i] + (next - self.voltages[i]) * (at - i as f64)
     }
 
-    /// Returns what it delivers at a charge from 0 to 1 to a constant current, A, and to a load of this power, W. If it
-    /// cannot deliver the power, the load gets the most that there is.
+    /// Returns the output at a charge from 0 to 1 for a constant current, A, and a load of this power, W. If the
+    /// battery cannot deliver the power, the load gets the maximum available power.
     pub fn deliver(&self, charge: f64, idle: f64, power: f64) -> Output {
         if charge <= 0.0 {
             return Output { voltage: 0.0, current: 0.0 };
         }
         let open = self.open_voltage(charge);
-        // Without resistance any current flows; with it, no more than a short circuit's.
+        // The current is at most that of a short circuit, which is unlimited without resistance.
         let idle = if self.resistance > 0.0 { idle.min(open / self.resistance) } else { idle };
         let left = open - self.resistance * idle;
         let root = (left * left - 4.0 * self.resistance * power).max(0.0).sqrt();
@@ -77,7 +77,7 @@ mod tests {
         let it = cells();
         let Output { voltage, current } = it.deliver(1.0, 0.4, 20.0);
         assert!((voltage * (current - 0.4) - 20.0).abs() < 1e-9, "the power");
-        assert!((12.6 - 0.5 * current - voltage).abs() < 1e-12, "the resistance");
+        assert!((12.6 - 0.5 * current - voltage).abs() < 1e-12, "voltage drop at the resistance");
         assert_eq!(it.deliver(1.0, 0.4, 0.0).current, 0.4);
         let ideal = Cells { resistance: 0.0, ..cells() };
         assert!((ideal.deliver(1.0, 0.0, 126.0).current - 10.0).abs() < 1e-12);
@@ -85,7 +85,7 @@ mod tests {
 
     #[test]
     fn no_more_than_the_greatest_power_flows() {
-        // A source of 12.6 V behind 0.5 Ohm gives at most 12.6^2 / 4 / 0.5 = 79.38 W, at half its voltage.
+        // A source of 12.6 V with 0.5 Ohm delivers at most 12.6^2 / 4 / 0.5 = 79.38 W, at half its voltage.
         let most = cells().deliver(1.0, 0.0, 1e6);
         assert!((most.voltage - 6.3).abs() < 1e-12 && (most.voltage * most.current - 79.38).abs() < 1e-9);
         let shorted = cells().deliver(1.0, 1e6, 1.0);

@@ -1,4 +1,4 @@
-//! Common packs.
+//! Presets of common battery packs.
 
 use tatu_plugin_api::safe::Preset;
 

@@ -10,15 +10,15 @@ use tatu_plugin_api::{
 
 use crate::presets;
 
-/// The plugin; it has no state.
+/// The plugin, which has no state.
 pub struct Magnetometers;
 
 /// A magnetometer.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Compass {
-    /// The Earth's field in the world, T.
+    /// The Earth's field in the world frame, T.
     field: [f64; 3],
-    /// Factors by which the device and iron on it distort the field, along its axes.
+    /// Scale factors along the axes, due to errors of the device and iron near it.
     scale: [f64; 3],
 }
 
@@ -34,8 +34,8 @@ fields! {
     }
 }
 
-/// Dip and strength of the field of a dipole along the Earth's axis at 48 degrees of latitude: tan dip = 2 tan latitude,
-/// strength 31.2 uT sqrt(1 + 3 sin^2 latitude) (Wikipedia, "Dipole model of Earth's magnetic field").
+/// Dip and strength of the field of a dipole along the Earth's axis at 48 degrees of latitude: tan dip = 2 tan
+/// latitude, strength 31.2 uT sqrt(1 + 3 sin^2 latitude) (Wikipedia, "Dipole model of Earth's magnetic field").
 const DIP: f64 = 1.147_774;
 const STRENGTH: f64 = 5.085e-5;
 
@@ -63,7 +63,7 @@ fn heading([x, y, _]: [f64; 3]) -> f64 {
 impl Sensor for Compass {
     type Plugin = Magnetometers;
     const ID: &'static str = "compass";
-    const TEXT: &'static str = "Measures the Earth's magnetic field, and the heading that follows from it.";
+    const TEXT: &'static str = "Measures the Earth's magnetic field, and the heading derived from it.";
     const SCHEMAS: &'static [&'static str] = &["magnetic_field/1"];
     const INPUTS: u32 = TATU_IN_POSE;
     const EVERY_PHYSICS_STEP: bool = true;
@@ -116,7 +116,7 @@ impl Sensor for Compass {
         Ok(())
     }
 
-    /// Computes the heading from the field with its noise.
+    /// Computes the heading from the noisy field.
     fn finish(&self, _: &Sample<'_>, out: &mut Readout<'_>) -> Result {
         let field = out.slice(Self::FIELD);
         let field = [field[0], field[1], field[2]];
@@ -145,7 +145,7 @@ mod tests {
 
     #[test]
     fn headings_are_clockwise_and_within_a_turn() {
-        // A sensor that faces east has north to its left.
+        // North is to the left of a sensor that faces east.
         assert!((heading([0.0, 1.0, -2.0]) - FRAC_PI_2).abs() < 1e-15);
         assert_eq!(heading([1.0, 0.0, 0.0]), 0.0);
         assert!((heading([0.0, -1.0, 0.0]) - 3.0 * FRAC_PI_2).abs() < 1e-15);

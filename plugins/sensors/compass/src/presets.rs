@@ -1,7 +1,7 @@
-//! Commercial magnetometers, and those of other simulators.
+//! Presets of commercial magnetometers, and of those in other simulators.
 //!
-//! 1 G is 1e-4 T. An error of the heading of 1 degree is one of the field of 0.0175 times its horizontal part, which is
-//! 20.9 uT by default: 3.6e-7 T.
+//! 1 G is 1e-4 T. A heading error of 1 degree corresponds to a field error of 0.0175 times the horizontal component,
+//! which is 20.9 uT by default: 3.6e-7 T.
 
 use tatu_plugin_api::safe::Preset;
 

@@ -10,26 +10,26 @@ use tatu_plugin_api::{
 
 use crate::presets;
 
-/// The plugin; it has no state.
+/// The plugin, which has no state.
 pub struct Skins;
 
 /// A contact sensor.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Contact {
-    /// The shape that it feels; 0: the nearest with a body.
+    /// The observed shape; 0: the nearest shape with a body above the sensor.
     shape: tatu_object,
     settings: Settings,
 }
 
-/// What a change of live parameters sets.
+/// The parameters that can change during a run.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Settings {
-    /// Normal force from which it touches, N.
+    /// Minimum normal force of a contact, N.
     threshold: f64,
-    /// Middle of the sector, about the sensor's +z from +x, and its full angle, rad.
+    /// Direction of the sector's middle, about the sensor's +z from +x, and the sector's full angle, rad.
     direction: f64,
     sector: f64,
-    /// Least and greatest coordinates of the region in the sensor's frame, m.
+    /// Minimum and maximum corner of the region in the sensor's frame, m.
     region: Option<[f64; 6]>,
 }
 
@@ -55,14 +55,14 @@ impl Settings {
         let region = if params.get("region")?.is_nil() { None } else { Some(params.array::<6>("region")?) };
         if let Some(r) = region.filter(|r| (0..3).any(|i| r[i].is_nan() || r[i + 3].is_nan() || r[i] > r[i + 3])) {
             return Err(Fail::argument(format!(
-                "`region`: expected x y z of the least corner, then of the greatest, found {r:?} m"
+                "`region`: expected x y z of the minimum corner, then of the maximum corner, found {r:?} m"
             )));
         }
         let (threshold, direction) = (params.f64("threshold")?, params.f64("direction")?);
         Ok(Settings { threshold, direction, sector: params.f64("sector")?, region })
     }
 
-    /// Returns whether a point, in the sensor's frame, is where the sensor feels.
+    /// Returns whether a point, in the sensor's frame, is in the sector and the region.
     fn feels(&self, at: [f64; 3]) -> bool {
         let inside = self.region.is_none_or(|r| (0..3).all(|i| r[i] <= at[i] && at[i] <= r[i + 3]));
         if !inside || self.sector >= TAU {
@@ -113,7 +113,7 @@ impl Load {
 impl Sensor for Contact {
     type Plugin = Skins;
     const ID: &'static str = "contact";
-    const TEXT: &'static str = "Feels what touches a shape, and how strongly, as bumpers and feet do.";
+    const TEXT: &'static str = "Measures the contacts of a shape and their forces, for bumpers and feet.";
     const SCHEMAS: &'static [&'static str] = &["contact/1"];
     const INPUTS: u32 = TATU_IN_POSE | TATU_IN_CONTACTS;
     const EVERY_PHYSICS_STEP: bool = true;
@@ -123,27 +123,27 @@ impl Sensor for Contact {
         vec![
             Param::string("shape")
                 .default("")
-                .text("Path of the shape, from the sensor on (`..` is its parent); empty: the nearest with a body above it.")
+                .text("Path of the shape relative to the sensor (`..` is its parent); empty: the nearest above it.")
                 .rebuilds(),
             Param::float("threshold")
                 .unit("N")
                 .range(0.0, 1e9)
                 .default(0.0)
-                .text("Sum of normal forces from which it touches."),
+                .text("Minimum sum of normal forces that counts as a contact."),
             Param::float("direction")
                 .unit("rad")
                 .range(-TAU, TAU)
                 .default(0.0)
-                .text("Middle of the sector that it feels: angle about the sensor's +z, from +x towards +y."),
+                .text("Middle of the sensitive sector: angle about the sensor's +z, from +x towards +y."),
             Param::float("sector")
                 .unit("rad")
                 .range(0.0, TAU)
                 .default(TAU)
-                .text("Full angle of that sector, seen from the sensor's origin; a full turn: it feels all around."),
+                .text("Full angle of the sector, seen from the sensor's origin; a full turn: all directions."),
             Param::floats("region", 6)
                 .unit("m")
                 .optional()
-                .text("Box in the sensor's frame outside which it feels nothing: least x y z, greatest x y z."),
+                .text("Sensitive box in the sensor's frame: minimum x y z, maximum x y z."),
         ]
     }
 
@@ -183,7 +183,7 @@ impl Sensor for Contact {
         Ok(())
     }
 
-    /// Decides anew whether it touches, from the normal force with its noise.
+    /// Compares the noisy normal force with the threshold.
     fn finish(&self, _: &Sample<'_>, out: &mut Readout<'_>) -> Result {
         let normal = out.slice(Self::NORMAL_FORCE)[0];
         out.set(Self::TOUCHING, self.settings.touches(normal).into());

@@ -1,4 +1,4 @@
-//! Bumpers and feet.
+//! Presets of bumpers and feet.
 
 use tatu_plugin_api::safe::Preset;
 

@@ -12,14 +12,14 @@ use crate::{
     settings::{self, Settings},
 };
 
-/// The plugin; it has no state.
+/// The plugin, which has no state.
 pub struct DepthCameras;
 
-/// A camera.
+/// A depth camera.
 #[derive(Debug, Clone, PartialEq)]
 pub struct DepthCamera(Settings);
 
-/// Supplies random numbers by index, from the sample of a measurement.
+/// A source of random numbers, from the sample of a measurement.
 impl Draw for Sample<'_> {
     fn uniform(&self, first: u64, out: &mut [f64]) {
         Sample::uniform(self, first, out);
@@ -41,26 +41,26 @@ fields! {
         DEPTH: f32 = Field::new("depth_image.depth")
             .dims(IMAGE)
             .unit("m")
-            .text("Distance along +z, the lowest row first; infinity: nothing is seen; 0: it could not be measured.");
-        LIMITS: f64 = Field::new("depth_image.limits").elements(2).unit("m").text("The near and the far plane.");
+            .text("Distance along +z, the lowest row first; infinity: nothing is there; 0: it could not be measured.");
+        LIMITS: f64 = Field::new("depth_image.limits").elements(2).unit("m").text("Depths of near and far plane.");
         INTRINSICS: f64 = Field::new("depth_image.intrinsics")
             .elements(4)
             .unit("1")
-            .text("fx fy cx cy, in pixels; pixels per metre and pixels if lines of sight are parallel.");
+            .text("fx fy cx cy, in pixels; if the lines of sight are parallel, fx and fy in pixels per metre.");
         PARALLEL: i32 = Field::new("depth_image.parallel")
-            .text("1: the lines of sight are parallel; 0: they begin in one point.");
+            .text("1: the lines of sight are parallel; 0: they start at one point.");
         RGB: u8 = Field::new("color_image.rgb")
             .dims(channels(0))
             .unit("1")
-            .text("Red, green, blue from 0 to 255, the lowest row first.");
+            .text("Red, green and blue, 0 to 255, the lowest row first.");
         POINTS: f32 = Field::new("depth_image.points")
             .dims(channels(1))
             .unit("m")
-            .text("x y z of each pixel in the sensor's frame; 0 0 0 where there is no depth. Only with `points`.");
+            .text("x y z of each pixel in the sensor's frame; 0 0 0 without a depth. Only with `points`.");
         INCIDENCE: f32 = Field::new("depth_image.incidence")
             .dims(channels(2))
             .unit("rad")
-            .text("Angle between line of sight and normal; a quarter turn where there is nothing. Only with `incidence`.");
+            .text("Angle between line of sight and normal; a quarter turn without a surface. Only with `incidence`.");
     }
 }
 
@@ -68,7 +68,7 @@ impl Sensor for DepthCamera {
     type Plugin = DepthCameras;
     const ID: &'static str = "depth_camera";
     const TEXT: &'static str =
-        "Measures images: depths along the optical axis and colours, as vision sensors and Kinects do.";
+        "Measures images of depths along the optical axis and of colours, like V-REP's vision sensors and Kinects.";
     const SCHEMAS: &'static [&'static str] = &["depth_image/1", "color_image/1"];
     const INPUTS: u32 = TATU_IN_DISTANCE | TATU_IN_COLOR | TATU_IN_COSINE;
     const PRESETS: &'static [Preset] = presets::ALL;
@@ -117,7 +117,7 @@ impl Sensor for DepthCamera {
         Ok(())
     }
 
-    /// Computes points from the depths, including their noise.
+    /// Computes points from the noisy depths.
     fn finish(&self, _: &Sample<'_>, out: &mut Readout<'_>) -> Result {
         self.tell_points(out);
         Ok(())

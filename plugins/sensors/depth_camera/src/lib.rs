@@ -1,8 +1,7 @@
 //! Depth and colour cameras: an ideal one, and models of real devices.
 //!
-//! The core renders the image. `camera` declares the image and the meaning of its pixels, `settings` has the parameters
-//! that scenes set, `presets` the devices, and `optics` the effects of structured light and time of flight at edges, in
-//! shadows and on slanted surfaces.
+//! The core renders the image. `camera` is the sensor, `settings` has its parameters, `presets` has devices, and
+//! `optics` models the effects of structured light and time of flight at edges, in shadows and on slanted surfaces.
 
 #![cfg_attr(test, allow(clippy::disallowed_methods, reason = "what tests compare with decides no bits"))]
 

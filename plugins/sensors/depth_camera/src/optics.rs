@@ -16,7 +16,7 @@ pub enum Edges {
 /// Limitations of a camera.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Optics {
-    /// Least cosine of the angle between line of sight and surface normal.
+    /// Minimum cosine of the angle between line of sight and surface normal.
     pub least_cosine: f32,
     /// Position of the projector on the x axis, m, + to the left; 0: there is none.
     pub projector: f64,
@@ -29,28 +29,29 @@ pub struct Optics {
 /// The ideal image.
 #[derive(Debug, Clone, Copy)]
 pub struct Frame<'a> {
-    /// Pixels in a row.
+    /// Pixels per row.
     pub columns: usize,
     /// Focal length, pixels.
     pub focal: f64,
-    /// Depths, m; infinity where there is no surface.
+    /// Depths, m; infinity if there is no surface.
     pub depth: &'a [f32],
     /// Cosines of incidence.
     pub cosine: &'a [f32],
 }
 
-/// Random numbers, by index.
+/// A source of random numbers.
 pub trait Draw {
-    /// Fills `out` with numbers from 0 to below 1.
+    /// Fills `out` with uniform numbers in [0, 1), starting with the given index.
     fn uniform(&self, first: u64, out: &mut [f64]);
-    /// Fills `out` with numbers of the standard normal distribution.
+    /// Fills `out` with standard normal numbers, starting with the given index.
     fn normal(&self, first: u64, out: &mut [f64]);
 }
 
-/// A discontinuity: neighbours whose depths differ by more than this fraction of the smaller one. On a plane, the
-/// fraction is tan(incidence) / focal length: 1 % at 80 degrees and 571 pixels.
+/// Difference between the depths of neighbours, as a fraction of the smaller depth, above which they are a
+/// discontinuity. On a plane, the fraction is tan(incidence) / focal length: 1 % at 80 degrees and 571 pixels.
 const JUMP: f32 = 0.03;
-/// A pixel is in shadow if the projector's light is blocked by a surface at least this many pixels of disparity nearer.
+/// Minimum difference of disparity, pixels, by which a surface that blocks the projector's light is nearer than a pixel
+/// in its shadow.
 const SHADOW: f64 = 1.0;
 
 impl Optics {
@@ -62,7 +63,7 @@ impl Optics {
         *self == Optics::NONE
     }
 
-    /// Writes the measured depths: 0 where the camera cannot measure, infinity where there is no surface.
+    /// Writes the measured depths: 0 if the camera cannot measure, infinity if there is no surface.
     pub fn measure(&self, frame: &Frame<'_>, random: &impl Draw, out: &mut [f32]) {
         for (i, z) in out.iter_mut().enumerate() {
             *z = self.pixel(frame, random, i);
@@ -108,7 +109,7 @@ fn is_jump(a: f32, b: f32) -> bool {
 }
 
 impl Frame<'_> {
-    /// Returns the pixel some columns and rows away, or the same pixel if that one is outside the image.
+    /// Returns the pixel at an offset of columns and rows, or the same pixel if that is outside the image.
     fn beside(&self, i: usize, [columns, rows]: [isize; 2]) -> usize {
         let (column, row) = (i % self.columns, i / self.columns);
         match (column.checked_add_signed(columns), row.checked_add_signed(rows)) {
@@ -132,6 +133,7 @@ impl Frame<'_> {
 }
 
 /// The surfaces that the projector lights in a row of pixels.
+///
 /// In the projector's image a point is displaced from its position in the camera's image by focal length times offset
 /// over depth. Of the surfaces at one position of that image, the nearest is lit and the others are in shadow.
 struct Shade {

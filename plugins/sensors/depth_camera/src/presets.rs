@@ -1,4 +1,4 @@
-//! Presets of devices. The README lists the sources of the numbers.
+//! Presets of devices. The README lists the sources of the values.
 
 use tatu_plugin_api::safe::Preset;
 
@@ -32,7 +32,7 @@ pub const ALL: &[Preset] = &[
     },
     Preset {
         id: "kinect_v1_near",
-        text: "The same in near mode: 0.4 to 3 m (Kinect for Windows SDK 1.8).",
+        text: "Microsoft Kinect in near mode: 0.4 to 3 m (Kinect for Windows SDK 1.8).",
         settings: kinect_v1!("0.4", "3.0"),
     },
     Preset {

@@ -9,7 +9,7 @@ use tatu_plugin_api::{
 
 use crate::optics::{Edges, Optics};
 
-/// Most pixels along one side; also the host's limit.
+/// Maximum number of pixels along one side, which is also the host's limit.
 const MOST_PIXELS: f64 = 8192.0;
 
 /// The checked parameters of a camera.
@@ -27,7 +27,7 @@ pub struct Settings {
     pub near: f64,
     /// Far plane, m.
     pub far: f64,
-    /// Colour of pixels that detect nothing.
+    /// Colour of pixels without a surface.
     pub background: [u8; 3],
     /// Whether beams ignore objects of the sensor's own model.
     pub skip_own_model: bool,
@@ -56,27 +56,27 @@ pub fn params() -> Vec<Param> {
             .text("Angle between the edges of the image, along its longer side."),
         metres("ortho_size", 0.0)
             .text("If above 0, the projection is orthographic, and this is the length of the image's longer side."),
-        metres("near", 0.01).text("Near plane: surfaces nearer than this, along the optical axis, are ignored."),
-        metres("far", 3.5).text("Far plane: surfaces farther than this are not seen."),
+        metres("near", 0.01).text("Near plane: surfaces closer than this, along the optical axis, are ignored."),
+        metres("far", 3.5).text("Far plane: surfaces farther than this are ignored."),
         Param::floats("background", 3)
             .range(0.0, 1.0)
             .default([0.0; 3])
             .text("Red, green and blue of empty pixels, each 0 to 1."),
-        Param::bool("color").default(true).text("Whether it renders colours; if not, the colour image has no pixels."),
-        Param::bool("points").default(false).text("Whether it reports each pixel's point in its own frame."),
+        Param::bool("color").default(true).text("Whether colours are rendered; else the colour image has no pixels."),
+        Param::bool("points").default(false).text("Whether the point of each pixel in the sensor's frame is reported."),
         Param::bool("incidence")
             .default(false)
-            .text("Whether it reports each pixel's angle between line of sight and normal, which noise may depend on."),
+            .text("Whether the angle between line of sight and normal is reported, on which noise may depend."),
         Param::bool("skip_own_model").default(false).text("Whether objects of the sensor's own model are ignored."),
         Param::string("empty")
             .choices(&["infinity", "zero"])
             .default("infinity")
-            .text("The depth of empty pixels. Pixels whose measurement fails always read 0."),
+            .text("Depth of empty pixels. The depth of pixels whose measurement fails is always 0."),
         Param::float("max_incidence")
             .unit("rad")
             .range(0.0, FRAC_PI_2)
             .default(FRAC_PI_2)
-            .text("Greatest angle between line of sight and normal of a surface whose depth can be measured."),
+            .text("Maximum angle between line of sight and normal of a surface whose depth can be measured."),
         Param::float("projector").unit("m").default(0.0).text(
             "Position of the pattern projector on the x axis (+ to the left): surfaces that it does not light \
              have no depth. 0: no projector.",
@@ -88,7 +88,7 @@ pub fn params() -> Vec<Param> {
         Param::float("lateral_sigma")
             .range(0.0, 16.0)
             .default(0.0)
-            .text("Standard deviation, in pixels, of the position of edges."),
+            .text("Standard deviation of the position of edges, in pixels."),
     ]
     .map(Param::rebuilds)
     .into()
@@ -166,7 +166,7 @@ impl Settings {
             ));
         }
         if o.projector != 0.0 && self.ortho_size > 0.0 {
-            return refuse("a camera with a projector must be perspective: leave `ortho_size` out".into());
+            return refuse("a camera with a projector must use perspective projection: omit `ortho_size`".into());
         }
         Ok(self)
     }
@@ -267,8 +267,8 @@ mod tests {
         assert!(((horizontal_angle / 2.0).tan() - 0.25).abs() < 1e-12);
     }
 
-    /// f 589.37: a pixel 100 columns to the left of the middle and 50 above it is at 0.1697 and 0.0848 m per metre of
-    /// depth.
+    /// With f = 589.37, a pixel 100 columns to the left of the centre and 50 above it is at 0.1697 and 0.0848 m per
+    /// metre of depth.
     #[test]
     fn points_follow_from_pixels() {
         let s = Settings { columns: 641, rows: 481, ..Settings::default() };

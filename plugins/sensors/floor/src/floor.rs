@@ -10,16 +10,16 @@ use tatu_plugin_api::{
 
 use crate::{presets, spots::Spots};
 
-/// The plugin; it has no state.
+/// The plugin, which has no state.
 pub struct Arrays;
 
 /// A row of reflectance sensors.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Floor {
     spots: Spots,
-    /// Farthest distance that is seen, m.
+    /// Maximum distance of detection, m.
     range: f64,
-    /// Distances and the values of white at them, the nearest first; empty: 1 at any distance.
+    /// Distances, m, with the values of a white surface, in ascending order; if empty, the value is 1 at any distance.
     response: Vec<[f64; 2]>,
     threshold: f64,
     skip_own_model: bool,
@@ -33,7 +33,7 @@ fields! {
         VALUE: f64 = Field::new("reflectance.value")
             .dims([TATU_DIM_OWN, 1, 1])
             .unit("1")
-            .text("Light that comes back from each spot, 0 to 1.");
+            .text("Light reflected by each spot, 0 to 1.");
         DETECTED: i32 = Field::new("reflectance.detected")
             .dims([TATU_DIM_OWN, 1, 1])
             .text("Whether the value of each spot is at least the threshold: 1 or 0.");
@@ -73,7 +73,7 @@ impl Floor {
         Ok(Floor { spots, range, response, threshold, skip_own_model: params.bool("skip_own_model")? })
     }
 
-    /// Returns the value of white at a distance, m.
+    /// Returns the value of a white surface at a distance, m.
     fn white(&self, distance: f64) -> f64 {
         let (Some(first), Some(last)) = (self.response.first(), self.response.last()) else { return 1.0 };
         let after = self.response.partition_point(|[d, _]| *d < distance);
@@ -107,7 +107,7 @@ impl Floor {
 impl Sensor for Floor {
     type Plugin = Arrays;
     const ID: &'static str = "floor";
-    const TEXT: &'static str = "Measures how bright several spots are, for following lines and staying on tables.";
+    const TEXT: &'static str = "Measures the reflectance of several spots, for line following and cliff detection.";
     const SCHEMAS: &'static [&'static str] = &["reflectance/1"];
     const INPUTS: u32 = TATU_IN_DISTANCE | TATU_IN_COLOR;
     const PRESETS: &'static [Preset] = presets::ALL;
@@ -123,23 +123,23 @@ impl Sensor for Floor {
                 .unit("m")
                 .default(Vec::<f64>::new())
                 .text("Centres of the spots, x and y of each, instead of `count` and `pitch`."),
-            Param::float("range").unit("m").range(1e-6, 1e6).default(0.05).text("Farthest distance that is seen."),
+            Param::float("range").unit("m").range(1e-6, 1e6).default(0.05).text("Maximum distance of detection."),
             Param::int("rays").range(1.0, MAX_RAYS as f64).default(1_i64).text("Rays per spot, spread over its area."),
             Param::float("diameter")
                 .unit("m")
                 .range(0.0, 1e3)
                 .default(0.0)
-                .text("Diameter of a spot at the sensor, with several rays."),
+                .text("Diameter of a spot at the sensor, if it has several rays."),
             Param::float("view")
                 .unit("rad")
                 .range(0.0, 3.0)
                 .default(0.0)
-                .text("Full angle at which a spot widens with the distance, with several rays."),
+                .text("Full opening angle of a spot, if it has several rays."),
             Param::floats("response", 0).default(Vec::<f64>::new()).text(
-                "Value of white by distance: m and value, in pairs, linear in between; empty: 1 up to the range.",
+                "Pairs of distance (m) and value of a white surface, interpolated linearly; empty: 1 up to the range.",
             ),
-            Param::float("threshold").range(0.0, 1.0).default(0.5).text("Value from which a spot is detected."),
-            Param::bool("skip_own_model").default(true).text("Whether objects of the sensor's own model are not seen."),
+            Param::float("threshold").range(0.0, 1.0).default(0.5).text("Minimum value of a detected spot."),
+            Param::bool("skip_own_model").default(true).text("Whether objects of the sensor's own model are ignored."),
         ]
     }
 
@@ -183,7 +183,7 @@ impl Sensor for Floor {
         Ok(())
     }
 
-    /// Limits values with noise to 0 and 1, and compares them with the threshold.
+    /// Limits noisy values to the range 0 to 1, and compares them with the threshold.
     fn finish(&self, _: &Sample<'_>, out: &mut Readout<'_>) -> Result {
         self.detect(out);
         Ok(())

@@ -1,6 +1,6 @@
-//! Floor sensors: how bright several spots below a robot are, for line followers.
+//! Floor sensors: reflectance of several spots below a robot, for line followers.
 //!
-//! `floor` is the sensor; `spots` places its rays; `presets` has devices.
+//! `floor` is the sensor; `spots` computes its rays; `presets` has devices.
 
 #![cfg_attr(test, allow(clippy::disallowed_methods, reason = "what tests compare with decides no bits"))]
 

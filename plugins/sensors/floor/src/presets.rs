@@ -1,4 +1,4 @@
-//! Commercial line sensors, and V-REP's.
+//! Presets of commercial line sensors, and of V-REP's.
 
 use tatu_plugin_api::safe::Preset;
 

@@ -1,4 +1,4 @@
-//! Where the rays of a floor sensor start and point.
+//! Origins and directions of the rays of a floor sensor.
 
 use std::f64::consts::TAU;
 
@@ -11,16 +11,16 @@ pub struct Spots {
     pub rays: usize,
     /// Diameter of the area from which the rays of a spot start, m.
     pub diameter: f64,
-    /// Full angle at which they spread, rad.
+    /// Full opening angle of these rays, rad.
     pub view: f64,
 }
 
-/// Fraction of a turn between one ray and the next, the golden section, so that any number of them is spread evenly over a
-/// disc.
+/// Fraction of a turn between one ray and the next: by the golden ratio, any number of rays is distributed evenly over
+/// a disc.
 const GOLDEN: f64 = 0.381_966_011_250_105_1;
 
 impl Spots {
-    /// Returns `count` centres along x, from the least x to the greatest.
+    /// Returns `count` centres along x, in ascending order.
     pub fn in_a_row(count: usize, pitch: f64) -> Vec<[f64; 2]> {
         let middle = 0.5 * (count as f64 - 1.0);
         (0..count).map(|i| [(i as f64 - middle) * pitch, 0.0]).collect()
@@ -31,7 +31,7 @@ impl Spots {
         let spread = libm::tan(0.5 * self.view);
         let offsets: Vec<[f64; 2]> = (0..self.rays)
             .map(|i| {
-                // Each ray stands for an equal part of the disc; a single one is in its centre.
+                // Each ray represents an equal part of the disc; a single ray is at the centre.
                 let radius = if self.rays == 1 { 0.0 } else { ((i as f64 + 0.5) / self.rays as f64).sqrt() };
                 let (s, c) = libm::sincos(TAU * GOLDEN * i as f64);
                 [radius * c, radius * s]
@@ -71,7 +71,7 @@ mod tests {
         let spots = Spots { centres: vec![[0.0, 0.0]], rays: 400, diameter: 2.0, view: 0.6 };
         let (origins, directions) = spots.rays();
         let within = |r: f64| origins.iter().filter(|o| o[0].hypot(o[1]) < r).count();
-        // The share of rays within a radius is that of the area.
+        // The fraction of rays within a radius equals that of the area.
         for (r, share) in [(0.25, 0.0625), (0.5, 0.25), (0.75, 0.5625), (1.0, 1.0)] {
             assert!((within(r) as f64 / 400.0 - share).abs() < 0.006, "{r}: {}", within(r));
         }

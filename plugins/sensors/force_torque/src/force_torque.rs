@@ -8,13 +8,13 @@ use tatu_plugin_api::{
 
 use crate::presets;
 
-/// The plugin; it has no state.
+/// The plugin, which has no state.
 pub struct Transducers;
 
 /// A force and torque sensor.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct ForceTorque {
-    /// The object whose load it measures; 0: the nearest force sensor above.
+    /// The force sensor whose load it measures; 0: the nearest one above.
     force_sensor: tatu_object,
 }
 
@@ -23,18 +23,18 @@ fields! {
         FORCE: f64 = Field::new("wrench.force")
             .elements(3)
             .unit("N")
-            .text("Force of the load on what carries it, in the sensor's frame.");
+            .text("Force of the load on the sensor, in the sensor's frame.");
         TORQUE: f64 = Field::new("wrench.torque")
             .elements(3)
             .unit("N m")
-            .text("Torque of the load about the sensor's origin, in its frame.");
+            .text("Torque of the load about the sensor's origin, in the sensor's frame.");
     }
 }
 
 impl Sensor for ForceTorque {
     type Plugin = Transducers;
     const ID: &'static str = "force_torque";
-    const TEXT: &'static str = "Measures force and torque between what a force sensor connects.";
+    const TEXT: &'static str = "Measures force and torque between the two bodies that a force sensor connects.";
     const SCHEMAS: &'static [&'static str] = &["wrench/1"];
     const INPUTS: u32 = TATU_IN_WRENCH;
     const EVERY_PHYSICS_STEP: bool = true;
@@ -44,7 +44,7 @@ impl Sensor for ForceTorque {
         vec![
             Param::string("force_sensor")
                 .default("")
-                .text("Path of the force sensor, from the sensor on (`..` is its parent); empty: the nearest above it.")
+                .text("Path of the force sensor relative to this one (`..` is its parent); empty: the nearest above.")
                 .rebuilds(),
         ]
     }

@@ -1,6 +1,6 @@
-//! Commercial transducers: what they saturate at, and their noise.
+//! Presets of commercial transducers: saturation and noise.
 //!
-//! `clamp` takes one pair for all axes, so where a data sheet gives a greater range along z than across, the preset has the
+//! `clamp` has one pair for all axes. If a data sheet states a greater range along z than across, the preset has the
 //! greater one.
 
 use tatu_plugin_api::safe::Preset;

@@ -49,8 +49,8 @@ impl Place {
             reduced = libm::atan2((1.0 - F) * s, c);
         }
         let (s, c) = libm::sincos(latitude);
-        // Accurate at the poles too, unlike p / cos - n: Bowring, "The accuracy of geodetic latitude and height
-        // equations", 1985.
+        // Unlike p / cos - n, this is also accurate at the poles: Bowring, "The accuracy of geodetic latitude and
+        // height equations", 1985.
         let altitude = p * c + z * s - A * (1.0 - E2 * s * s).sqrt();
         Place { latitude, longitude: libm::atan2(y, x), altitude }
     }

@@ -11,15 +11,15 @@ use crate::{
     presets,
 };
 
-/// The plugin; it has no state.
+/// The plugin, which has no state.
 pub struct Receivers;
 
-/// A receiver.
+/// A satellite receiver.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Gps {
     /// Position of the antenna in the sensor's frame, m.
     antenna: [f64; 3],
-    /// The plane tangent to the Earth in which the world lies.
+    /// The plane tangent to the Earth that contains the x and y axes of the world.
     plane: Plane,
 }
 
@@ -48,7 +48,7 @@ impl Gps {
         }
         if ![latitude, longitude, altitude].iter().all(|x| x.is_finite()) {
             return Err(Fail::argument(
-                "`scene.origin` has numbers that are not finite; a receiver needs a place on Earth",
+                "`scene.origin` must be finite: a satellite receiver needs a position on Earth",
             ));
         }
         Ok(Gps { antenna, plane: Plane::at(Place { latitude, longitude, altitude }) })
@@ -124,7 +124,7 @@ impl Sensor for Gps {
         Ok(())
     }
 
-    /// Computes the position on Earth from the position, including its noise.
+    /// Computes the position on Earth from the noisy position.
     fn finish(&self, _: &Sample<'_>, out: &mut Readout<'_>) -> Result {
         if out.slice(Self::VALID)[0] == 0 {
             for field in [Self::POSITION, Self::VELOCITY, Self::LATITUDE, Self::LONGITUDE, Self::ALTITUDE] {
@@ -155,7 +155,8 @@ mod tests {
 
     #[test]
     fn an_offset_turns_and_swings_with_the_mount() {
-        // Rotated a quarter to the left: ahead (x) points north (y). Turning further at 2 rad/s, it moves to -x.
+        // The mount is rotated by 90 degrees to the left, so its x axis points north (y). Its rotation at 2 rad/s moves
+        // the antenna along -x.
         let gps = Gps::new([0.5, 0.0, 0.2], [0.0; 3]).unwrap();
         let pose = [1.0, 1.0, 0.0, 0.0, 0.0, FRAC_1_SQRT_2, FRAC_1_SQRT_2];
         let (position, velocity) = gps.fix(pose, [0.0, 3.0, 0.0, 0.0, 0.0, 2.0]);
@@ -168,7 +169,7 @@ mod tests {
     fn what_is_not_finite_is_refused() {
         assert!(Gps::new([0.0, f64::NAN, 0.0], [0.0; 3]).is_err());
         assert!(Gps::new([0.0; 3], [0.0, 0.0, f64::INFINITY]).is_err());
-        assert!(Gps::new([0.0; 3], [FRAC_PI_2, 0.0, 0.0]).is_ok(), "the pole is a place");
+        assert!(Gps::new([0.0; 3], [FRAC_PI_2, 0.0, 0.0]).is_ok(), "the pole is a valid position");
     }
 
     #[test]

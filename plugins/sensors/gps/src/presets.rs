@@ -1,4 +1,4 @@
-//! Commercial receivers, and V-REP's.
+//! Presets of commercial receivers, and of V-REP's.
 //!
 //! A circular error of 2.5 m (CEP, 50 %) is 2.5 / 1.1774 = 2.12 m per axis. Drift is a Gauss-Markov process of 1100 s;
 //! that of the height is larger by 0.40 / 0.21. Both are as in the mavsim book's `sensor_parameters.py`.

@@ -8,7 +8,7 @@ use tatu_plugin_api::{
 
 use crate::presets;
 
-/// The plugin; it has no state.
+/// The plugin, which has no state.
 pub struct Units;
 
 /// An inertial measurement unit.

@@ -11,10 +11,10 @@ use crate::{
     settings::{Settings, direction, params},
 };
 
-/// The plugin; it has no state.
+/// The plugin, which has no state.
 pub struct Lasers;
 
-/// A scanner.
+/// A laser scanner.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Laser {
     settings: Settings,
@@ -33,7 +33,7 @@ struct Echo {
 }
 
 impl Echo {
-    /// The beam hit nothing.
+    /// The measurement of a beam that hit nothing.
     const NONE: Echo = Echo { distance: f64::INFINITY, incidence: 0.0, intensity: 0.0 };
 }
 
@@ -77,7 +77,7 @@ fields! {
         DISTANCE: f64 = Field::new("range_scan.distance")
             .per_beam()
             .unit("m")
-            .text("Distance along each beam, layer after layer, each from right to left; infinity: nothing.");
+            .text("Distance along each beam, layer after layer, each from right to left; infinity: no hit.");
         ANGLE: f64 = Field::new("range_scan.angle")
             .per_beam()
             .unit("rad")
@@ -94,7 +94,7 @@ fields! {
         INCIDENCE: f64 = Field::new("range_scan.incidence")
             .per_beam()
             .unit("rad")
-            .text("Angle between each beam and the normal of the surface that it hits; 0: nothing.");
+            .text("Angle between each beam and the normal of the surface that it hits; 0: no hit.");
     }
 }
 
@@ -131,7 +131,7 @@ impl Sensor for Laser {
         })
     }
 
-    /// Moves the origin of each beam to where the mount was when the beam was sent.
+    /// Moves the origin of each beam to the position of the mount at the time at which the beam was sent.
     fn aim(&self, sample: &Sample<'_>, rays: &mut [[f64; 6]]) -> Result {
         let (Some(pose), Some(twist)) = (sample.pose(), sample.twist()) else {
             return Err(Fail::unsupported("this host does not provide the pose and velocity of sensors"));
@@ -145,7 +145,7 @@ impl Sensor for Laser {
 
     fn measure(&self, sample: &Sample<'_>, out: &mut Readout<'_>) -> Result {
         let seen = sample.distances().iter().zip(sample.normals()).zip(sample.colors());
-        // During a scan that takes time, beams have been redirected by `aim`.
+        // With a scan time, `aim` has changed the directions of beams.
         let turned: Vec<[f64; 3]> = sample.rays().iter().map(|r| [r[3], r[4], r[5]]).collect();
         let directions = if turned.is_empty() { &self.directions } else { &turned };
         let echoes: Vec<Echo> = (seen.zip(directions))

@@ -1,4 +1,4 @@
-//! Computes, relative to the mount's current pose, where beams began that were sent earlier in a scan.
+//! Computes the rays of beams that were sent earlier in a scan, relative to the mount's current pose.
 
 type V = [f64; 3];
 
@@ -16,7 +16,7 @@ fn dot(a: V, b: V) -> f64 {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
-/// Rotates a vector of the world into a frame whose orientation is the quaternion x y z w.
+/// Rotates a vector from the world frame into a frame whose orientation is the quaternion x y z w.
 fn turned_back([x, y, z, w]: [f64; 4], v: V) -> V {
     let axis = [-x, -y, -z];
     let t = cross(axis, v);
@@ -71,7 +71,7 @@ mod tests {
 
     #[test]
     fn a_mount_that_goes_ahead_was_behind() {
-        // The mount is rotated a quarter about z: the world's y is its x.
+        // The mount is rotated by 90 degrees about z: the world's y is its x.
         let pose = [0.0, 0.0, 0.0, 0.0, 0.0, FRAC_1_SQRT_2, FRAC_1_SQRT_2];
         let motion = Motion::of(pose, [0.0, 2.0, 0.0, 0.0, 0.0, 0.0]);
         assert!(near(motion.earlier([0.0, 0.0, 0.0, 1.0, 0.0, 0.0], 0.5), [-1.0, 0.0, 0.0, 1.0, 0.0, 0.0]));

@@ -21,7 +21,7 @@ pub(crate) struct Settings {
     pub skip_own_model: bool,
 }
 
-/// Most beams of one sensor; also the host's limit.
+/// Maximum number of beams of one sensor, which is also the host's limit.
 const MAX_BEAMS: i64 = 1 << 24;
 
 /// Declares the parameters, in this order.
@@ -56,17 +56,17 @@ pub(crate) fn params() -> Vec<Param> {
             .unit("m")
             .range(0.0, f64::INFINITY)
             .default(10.0)
-            .text("Greatest distance that it measures."),
+            .text("Maximum distance that it measures."),
         Param::float("min_range").unit("m").range(0.0, f64::INFINITY).default(0.0).text(
-            "Least distance that it measures: a surface closer than this hides what is behind it and reads as nothing.",
+            "Minimum distance that it measures: a closer surface is not detected, but occludes those behind it.",
         ),
         Param::float("near")
             .unit("m")
             .range(0.0, f64::INFINITY)
             .default(0.0)
-            .text("Start of the beams: surfaces nearer than this are ignored."),
+            .text("Start of the beams: closer surfaces are ignored."),
         Param::bool("none_as_max").default(false).text(
-            "Whether a beam that hits nothing reads `range`, as some devices report it, instead of infinity.",
+            "Whether a beam without a hit reports `range`, as some devices do, instead of infinity.",
         ),
         Param::float("full_intensity").unit("m").range(0.0, f64::INFINITY).default(1.0).text(
             "Distance up to which a white surface met squarely gives the full intensity of 1; beyond, it falls with \
@@ -98,7 +98,7 @@ impl Settings {
         let beams = p.i64("rays")?;
         if beams < 1 || beams.saturating_mul(elevations.len() as i64) > MAX_BEAMS {
             return refuse(format!(
-                "{beams} rays in each of {} layers; expected 1 to {MAX_BEAMS} in all",
+                "{beams} rays in each of {} layers; expected 1 to {MAX_BEAMS} in total",
                 elevations.len()
             ));
         }

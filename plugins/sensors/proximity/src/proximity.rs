@@ -10,14 +10,14 @@ use tatu_plugin_api::{
 
 use crate::settings::{Settings, params};
 
-/// The plugin; it has no state.
+/// The plugin, which has no state.
 pub struct Proximities;
 
 /// The checked parameters of a sensor.
 #[derive(Debug, Clone, PartialEq)]
 #[repr(C)]
 pub struct Proximity {
-    // Each measurement uses these two. They come first, so that they are next to the data through which the host fills
+    // Each measurement uses the first two fields, which are therefore next to the data with which the host fills
     // batches.
     min_range: f64,
     /// Number of beams that must hit something.
@@ -48,8 +48,8 @@ struct Echo {
     object: tatu_object,
 }
 
-/// Returns the echo to report. If the *nearest* point is nearer than `min_range`, nothing is reported, as with a real
-/// sonar, which is blinded by objects that are too near.
+/// Returns the echo to report. If the *nearest* point is closer than `min_range`, there is no echo, as with a real
+/// sonar, which is blinded by objects that are too close.
 fn reported(echo: Option<Echo>, min_range: f64) -> Option<Echo> {
     echo.filter(|e| e.distance.is_finite() && e.distance >= min_range)
 }
@@ -80,26 +80,26 @@ fn within(angle: f64, [along, around]: [f64; 2]) -> [f64; 3] {
 
 fields! {
     Proximity {
-        DETECTED: i32 = Field::new("proximity.detected").text("1: something is seen; 0: nothing.");
+        DETECTED: i32 = Field::new("proximity.detected").text("Whether something is detected: 1 or 0.");
         DISTANCE: f64 = Field::new("proximity.distance")
             .unit("m")
-            .text("Distance from the sensor's origin to the nearest point; 0: nothing is seen.");
+            .text("Distance from the sensor's origin to the nearest point; 0: no detection.");
         POINT: f64 = Field::new("proximity.point")
             .elements(3)
             .unit("m")
-            .text("That point in the sensor's frame, as far away as `distance` with its noise; 0 0 0: nothing is seen.");
-        OBJECT: tatu_object = Field::new("proximity.object").text("The object seen; 0: nothing is seen.");
+            .text("The nearest point in the sensor's frame, at the noisy `distance`; 0 0 0: no detection.");
+        OBJECT: tatu_object = Field::new("proximity.object").text("The detected object; 0: no detection.");
         NORMAL: f64 = Field::new("proximity.normal")
             .elements(3)
             .unit("1")
-            .text("Unit normal there, towards the sensor, in its frame; 0 0 0: nothing is seen.");
+            .text("Unit normal at the point, towards the sensor, in the sensor's frame; 0 0 0: no detection.");
     }
 }
 
 impl Sensor for Proximity {
     type Plugin = Proximities;
     const ID: &'static str = "proximity";
-    const TEXT: &'static str = "Finds the nearest surface along a ray or in a volume, as V-REP's proximity sensors do.";
+    const TEXT: &'static str = "Detects the nearest surface along a ray or in a volume, as V-REP's sensors do.";
     const SCHEMAS: &'static [&'static str] = &["proximity/1"];
     const INPUTS: u32 = TATU_IN_DISTANCE | TATU_IN_POINT | TATU_IN_NORMAL | TATU_IN_OBJECT;
 
@@ -119,7 +119,7 @@ impl Sensor for Proximity {
         Ok(self.beams.clone())
     }
 
-    /// Draws random rays again for each measurement.
+    /// Chooses new random rays for each measurement.
     fn aim(&self, sample: &Sample<'_>, rays: &mut [[f64; 6]]) -> Result {
         let Some(angle) = self.wander else { return Ok(()) };
         let mut drawn = vec![0.0; 2 * rays.len()];
@@ -145,7 +145,7 @@ impl Sensor for Proximity {
     /// Moves the point to the noisy distance; clears it if the noise has removed the detection.
     fn finish(&self, _: &Sample<'_>, out: &mut Readout<'_>) -> Result {
         if out.slice(Self::DETECTED)[0] == 0 {
-            // A detection that the noise has removed is cleared; without an echo the fields are zero already.
+            // Clear a detection that the noise has removed; without an echo, the fields are already zero.
             if out.slice(Self::OBJECT)[0] != 0 || out.slice(Self::DISTANCE)[0] != 0.0 {
                 for field in [Self::DISTANCE, Self::POINT, Self::NORMAL] {
                     out.slice(field).fill(0.0);
@@ -164,8 +164,8 @@ impl Sensor for Proximity {
     }
 }
 
-/// Relative difference up to which a distance and the length of its point count as equal, which means that no noise was
-/// applied.
+/// Relative difference between a distance and the length of its point up to which the two count as equal, that is,
+/// without noise.
 const SAME: f64 = 1e-9;
 
 #[cfg(test)]

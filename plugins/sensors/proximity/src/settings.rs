@@ -45,7 +45,7 @@ const WAVES: &[(&str, u32)] = &[
 ];
 const WAVE_NAMES: &[&str] = &["any", "ultrasonic", "infrared", "laser", "inductive", "capacitive"];
 
-/// Most rays of a volume of random rays.
+/// Maximum number of rays of a volume of random rays.
 const MAX_SAMPLES: i64 = 100_000;
 
 /// Declares the parameters, in this order.
@@ -58,7 +58,7 @@ pub(crate) fn params() -> Vec<Param> {
             .text("The volume of detection: the +z axis, or a volume around it; a cone and a disc have a round far \
                    end."),
         length("range").default(1.0).text(
-            "Distance from the sensor's origin to the far end; of a pyramid and a cylinder, the height of that end.",
+            "Distance from the sensor's origin to the far end; for a pyramid or a cylinder, the height of the far end.",
         ),
         length("near").default(0.0).text(
             "Blind zone: surfaces nearer to the origin are ignored; of a pyramid and a cylinder, the height of the \
@@ -72,12 +72,12 @@ pub(crate) fn params() -> Vec<Param> {
             .unit("rad")
             .range(0.0, TAU)
             .default(PI / 6.0)
-            .text("Full opening angle of a cone, a disc and random rays, up to a full turn."),
+            .text("Full opening angle of a cone, a disc or random rays, up to a full turn."),
         Param::float("gap")
             .unit("rad")
             .range(0.0, TAU)
             .default(0.0)
-            .text("Full angle around straight ahead that a disc leaves out; less than `angle`."),
+            .text("Full angle of a gap of a disc, around straight ahead; less than `angle`."),
         Param::floats("size_near", 2)
             .unit("m")
             .range(0.0, f64::INFINITY)
@@ -110,7 +110,7 @@ pub(crate) fn params() -> Vec<Param> {
              not detected themselves, because of their side or slant, then hide what is behind them.",
         ),
         Param::string("waves").choices(WAVE_NAMES).default("any").text(
-            "Kind of its waves: shapes may be detectable by some kinds only (`detectable_mask`).",
+            "Kind of its waves: a shape may be detectable by only some kinds (`detectable_mask`).",
         ),
         Param::bool("skip_own_model")
             .default(false)
@@ -163,10 +163,10 @@ impl Settings {
             return refuse(format!("`min_range` ({} m) is negative", self.min_range));
         }
         if self.max_incidence <= 0.0 {
-            return refuse("`max_incidence` must be greater than 0; with a quarter turn there is no limit".into());
+            return refuse("`max_incidence` must be greater than 0; a quarter turn means no limit".into());
         }
         if !self.front_faces && !self.back_faces {
-            return refuse("neither `front_faces` nor `back_faces` is set, so the sensor would see nothing".into());
+            return refuse("`front_faces` or `back_faces` must be set, or the sensor would detect nothing".into());
         }
         let Some((_, waves)) = WAVES.iter().find(|(name, _)| *name == self.waves) else {
             return refuse(format!("`waves` is `{}`; expected one of {}", self.waves, WAVE_NAMES.join(", ")));
@@ -219,7 +219,7 @@ impl Settings {
                 let (near, far) = (self.radius_near, self.radius_far);
                 if near < 0.0 || far < 0.0 || near.max(far) <= 0.0 {
                     return refuse(format!(
-                        "`radius_near` is {near} m and `radius_far` {far} m; expected none negative, one above 0"
+                        "`radius_near` is {near} m and `radius_far` {far} m; expected at least 0, and one above 0"
                     ));
                 }
                 volume(TATU_BEAMS_CYLINDER, &[near, far])
@@ -237,7 +237,7 @@ impl Settings {
             "random_rays" => {
                 if !(1..=MAX_SAMPLES).contains(&self.samples) || !(1..=self.samples).contains(&self.samples_needed) {
                     return refuse(format!(
-                        "{} of {} `samples` are needed; expected 1 to {MAX_SAMPLES} samples, and no more needed",
+                        "{} of {} `samples` are needed; expected 1 to {MAX_SAMPLES}, and at most that many needed",
                         self.samples_needed, self.samples
                     ));
                 }

@@ -10,48 +10,48 @@ use tatu_plugin_api::{
 
 use crate::presets;
 
-/// The plugin; it has no state.
+/// The plugin, which has no state.
 pub struct Encoders;
 
 /// An encoder.
 #[derive(Debug, Clone, PartialEq)]
 pub struct WheelEncoder {
-    /// The joint; 0: the nearest above.
+    /// The joint; 0: the nearest joint above.
     joint: tatu_object,
-    /// Counts per rad, or per metre of a sliding joint.
+    /// Counts per rad, or per metre for a prismatic joint.
     counts: f64,
-    /// The joint's position when the encoder was created, rad or m: there it counts 0.
+    /// The joint's position at the creation of the encoder, rad or m, for which the count is 0.
     start: f64,
 }
 
 fields! {
     WheelEncoder {
         TICKS: i32 = Field::new("encoder.ticks").text("Counts since the encoder was created.");
-        POSITION: f64 = Field::new("encoder.position").unit("rad|m").text("Position that the counts stand for.");
+        POSITION: f64 = Field::new("encoder.position").unit("rad|m").text("Position that corresponds to the counts.");
         VELOCITY: f64 = Field::new("encoder.velocity")
             .unit("rad/s|m/s")
-            .text("Change of that position since the previous measurement, divided by the time.");
+            .text("Change of the position since the previous measurement, divided by the elapsed time.");
     }
 }
 
-/// What is kept between measurements: whether there was one, the time (s), the joint's position, the position since the
-/// start, and the counts.
+/// The state: whether there was a measurement, its time (s), the joint's position, the position since the start, and
+/// the counts.
 const STATE: usize = 5;
 
 impl WheelEncoder {
-    /// Returns the counts of a position since the start. A count begins at a multiple of its width.
+    /// Returns the counts for a position since the start. Each count begins at a multiple of its width.
     fn count(&self, position: f64) -> f64 {
         (position * self.counts).floor()
     }
 
-    /// Processes the joint's position and velocity at a time, s; returns the counts since the start, and before.
+    /// Updates the state with the joint's position and velocity at a time, s; returns the counts now, and before.
     fn turn(&self, state: &mut [f64], (time, position, velocity): (f64, f64, f64)) -> (f64, f64, f64) {
         let [there, last_time, last_position, total, counted] = state else { return (0.0, 0.0, 0.0) };
         if *there == 0.0 {
             (*there, *last_time, *last_position) = (1.0, 0.0, self.start);
         }
         let (passed, before) = (time - *last_time, *counted);
-        // A joint without limits is in (-pi, pi]; its velocity tells how many turns it made since.
+        // The position of a joint without limits is in (-pi, pi]; its velocity determines the number of whole turns.
         let expected = velocity * passed;
         let off = position - *last_position - expected;
         *total += expected + off - TAU * ((off + PI) / TAU).floor();
@@ -64,7 +64,7 @@ impl WheelEncoder {
 impl Sensor for WheelEncoder {
     type Plugin = Encoders;
     const ID: &'static str = "wheel_encoder";
-    const TEXT: &'static str = "Counts the ticks of a joint, as the incremental encoder of a wheel does.";
+    const TEXT: &'static str = "Counts the ticks of a joint, like the incremental encoder of a wheel.";
     const SCHEMAS: &'static [&'static str] = &["encoder/1"];
     const INPUTS: u32 = TATU_IN_JOINT;
     const EVERY_PHYSICS_STEP: bool = true;
@@ -75,16 +75,16 @@ impl Sensor for WheelEncoder {
         vec![
             Param::string("joint")
                 .default("")
-                .text("Path of the joint, from the sensor on (`..` is its parent); empty: the nearest joint above it.")
+                .text("Path of the joint relative to the sensor (`..` is its parent); empty: the nearest above it.")
                 .rebuilds(),
             Param::float("counts_per_turn")
                 .range(1.0, 1e9)
                 .default(2000.0)
-                .text("Counts per turn of the encoder's own shaft, after quadrature; of a sliding joint: per metre."),
+                .text("Counts per turn of the encoder's own shaft, after quadrature; prismatic joint: per metre."),
             Param::float("gear")
                 .range(-1e6, 1e6)
                 .default(1.0)
-                .text("Turns of the encoder's shaft per turn of the joint; negative: it counts backwards."),
+                .text("Turns of the encoder's shaft per turn of the joint; if negative, the encoder counts backwards."),
         ]
     }
 
@@ -100,7 +100,7 @@ impl Sensor for WheelEncoder {
         let path = params.string("joint")?;
         let joint = if path.is_empty() { 0 } else { world.find(instance.owner, &path)? };
         let [kind, position, parent] = ["joint.type", "joint.position", "object.parent"].map(|k| world.host().prop(k));
-        // What it counts is known now, even if it is the nearest joint.
+        // Determine the joint now, so that a later change of the tree has no effect.
         let mut found = if joint == 0 { instance.owner } else { joint };
         while found != 0 && world.get(found, kind).is_err() {
             if joint != 0 {
@@ -112,7 +112,7 @@ impl Sensor for WheelEncoder {
             };
         }
         if found == 0 {
-            let text = "an encoder without a joint above it counts nothing: name one by `joint`";
+            let text = "an encoder without a joint above it counts nothing: set `joint` to the path of one";
             world.log(TATU_LOG_WARNING, text.as_bytes());
             return Ok(WheelEncoder { joint, counts: counts * gear / TAU, start: 0.0 });
         }
@@ -130,7 +130,7 @@ impl Sensor for WheelEncoder {
             return Err(Fail::unsupported("this host does not provide the state of joints"));
         };
         let (counted, before, passed) = self.turn(out.state(), (sample.time(), position, velocity));
-        // A register of 32 bits wraps.
+        // A 32-bit register wraps around.
         out.set(Self::TICKS, (counted as i64) as i32);
         out.set(Self::POSITION, counted / self.counts);
         out.set(Self::VELOCITY, if passed > 0.0 { (counted - before) / self.counts / passed } else { 0.0 });
@@ -148,12 +148,12 @@ mod tests {
         let mut state = [0.0; STATE];
         let wrapped = |x: f64| x - TAU * ((x + PI) / TAU).floor();
         for i in 1..=20 {
-            // 50 rad/s at 10 Hz: 0.8 of a turn each.
+            // At 50 rad/s and 10 Hz, the wheel turns by 0.8 turns between measurements.
             let angle = 5.0 * f64::from(i);
             let (counted, ..) = encoder.turn(&mut state, (0.1 * f64::from(i), wrapped(angle), 50.0));
             assert_eq!(counted, (angle * 100.0 / TAU).floor(), "{i}");
         }
-        // Backwards, with a velocity that is a third off.
+        // The wheel turns backwards, and the velocity has an error of a third.
         for i in 1..=20 {
             let angle = 100.0 - 5.0 * f64::from(i);
             let (counted, ..) = encoder.turn(&mut state, (2.0 + 0.1 * f64::from(i), wrapped(angle), -35.0));

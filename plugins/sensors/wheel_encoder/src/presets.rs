@@ -1,4 +1,4 @@
-//! Encoders of commercial robots: counts of the motor, and the gear between motor and wheel.
+//! Presets of encoders of commercial robots: counts of the motor, and the gear ratio between motor and wheel.
 
 use tatu_plugin_api::safe::Preset;
 
@@ -17,12 +17,12 @@ pub(crate) const ALL: &[Preset] = &[
     },
     Preset {
         id: "e_puck",
-        text: "e-puck: 20 steps of the motor, gear 50, so 1000 steps a wheel turn (Webots, epuck.md).",
+        text: "e-puck: 20 steps of the motor, gear 50, so 1000 steps per wheel turn (Webots, epuck.md).",
         settings: "counts_per_turn = 20.0\ngear = 50.0\n",
     },
     Preset {
         id: "youbot",
-        text: "KUKA youBot: 4000 counts of a motor turn, gear 9405 / 364 (youbot_driver, youbot-base.cfg).",
+        text: "KUKA youBot: 4000 counts per motor turn, gear 9405 / 364 (youbot_driver, youbot-base.cfg).",
         settings: "counts_per_turn = 4000.0\ngear = 25.837912087912088\n",
     },
 ];

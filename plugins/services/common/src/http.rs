@@ -1,4 +1,4 @@
-//! Parses heads of HTTP requests, and writes answers.
+//! Parses heads of HTTP requests, and writes responses.
 
 use std::{
     io::{self, Read, Write},
@@ -6,7 +6,7 @@ use std::{
     time::{Duration, Instant},
 };
 
-/// Most bytes of the head of a request.
+/// Maximum size of the head of a request, bytes.
 const MOST_HEAD: usize = 16 << 10;
 /// Time within which a client must send the head.
 const HEAD_TIME: Duration = Duration::from_secs(5);
@@ -33,7 +33,7 @@ impl Request {
         self.query.split('&').find_map(|pair| pair.split_once('=').filter(|(n, _)| *n == name)).map(|(_, v)| v)
     }
 
-    /// Reads a head. Size and time are bounded, whatever the client sends.
+    /// Reads the head of a request. Size and time are limited, whatever the client sends.
     pub fn read(stream: &mut TcpStream) -> io::Result<Request> {
         let begin = Instant::now();
         stream.set_read_timeout(Some(Duration::from_millis(500)))?;

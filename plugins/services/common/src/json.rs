@@ -88,8 +88,8 @@ fn special(key: &str, inner: &Json) -> Result<Value> {
     let wrong = |what: &str| Fail::argument(format!("`{key}`: expected {what}, found {inner}"));
     Ok(match key {
         "bytes" => {
-            let text = inner.as_str().ok_or_else(|| wrong("a text in base64"))?;
-            Value::Bytes(STANDARD.decode(text).map_err(|_| wrong("a text in base64"))?)
+            let text = inner.as_str().ok_or_else(|| wrong("a string in base64"))?;
+            Value::Bytes(STANDARD.decode(text).map_err(|_| wrong("a string in base64"))?)
         }
         "number" => match inner.as_str() {
             Some("inf") => Value::Float(f64::INFINITY),
@@ -135,7 +135,7 @@ mod tests {
             Value::Float(f64::INFINITY),
             Value::Object(5 << 20 | 3),
             Value::Map(vec![(Value::Int(2), Value::text("two"))]),
-            // A table whose only key is reserved must not be read as what that key means.
+            // A table whose only key is reserved must be escaped, so that it is read as a table again.
             Value::Map(vec![(Value::text("bytes"), Value::text("AA=="))]),
             Value::Map(vec![(Value::text("a"), Value::Nil), (Value::text("b"), Value::Bool(true))]),
         ];

@@ -1,8 +1,8 @@
 //! A local port that serves files and WebSockets.
 //!
 //! A client must name the address that it connected to (`Host`), a page must come from this server or from an allowed
-//! one (`Origin`), and a WebSocket must carry the token if one is required. Heads, messages, connections and times are
-//! bounded, so that a misbehaving client only harms itself. Each connection has a separate thread, which never accesses
+//! origin (`Origin`), and a WebSocket must carry the token if one is required. Sizes, counts and waiting times are
+//! limited, so that a misbehaving client only harms itself. Each connection has a separate thread, which never accesses
 //! a world: incoming messages wait in an inbox.
 
 use std::{
@@ -31,19 +31,19 @@ use crate::{
     tokens::{self, Tokens},
 };
 
-/// The path at which everybody can ask who listens here.
+/// The path that returns the id of the service to any client, without a token.
 const ABOUT: &str = "/tatu";
 
-/// Most connections at a time.
+/// Maximum number of simultaneous connections.
 const MOST_CONNECTIONS: usize = 256;
-/// Most queued messages of one client.
+/// Maximum number of queued messages per client.
 const MOST_WAITING: usize = 10_000;
 /// Read timeout, after which a thread checks for messages to send.
 const SLICE: Duration = Duration::from_millis(8);
 
-/// Longest wait for the connection that ends the thread of a listener.
+/// Timeout of the connection that a listener makes to itself to end its thread.
 const WAKE: Duration = Duration::from_secs(1);
-/// Bytes read at once.
+/// Size of the read buffer, bytes.
 const READ_AT_ONCE: usize = 4 << 10;
 
 /// The rights of a client.
@@ -60,7 +60,7 @@ pub type Page = (&'static str, Vec<u8>, Vec<(&'static str, String)>);
 
 /// Settings of a listener.
 pub struct Settings {
-    /// Id of the service, for clients that ask who listens here.
+    /// Id of the service, which any client can query.
     pub service: &'static str,
     /// Port on 127.0.0.1; 0: any free one.
     pub port: u16,
@@ -71,7 +71,7 @@ pub struct Settings {
     pub token: bool,
     /// Allowed origins of pages besides this server, as browsers send them: `http://localhost:8080`.
     pub origins: Vec<String>,
-    /// Most bytes of a message.
+    /// Maximum size of a message, bytes.
     pub most_message: usize,
     /// The function that returns the file at a path.
     pub files: fn(&str) -> Option<Page>,
@@ -139,7 +139,7 @@ impl Listener {
     pub fn open(settings: Settings) -> io::Result<Listener> {
         let listener = TcpListener::bind((Ipv4Addr::LOCALHOST, settings.port))?;
         let address = listener.local_addr()?;
-        // Only the program that has the port reads its tokens.
+        // The stored tokens of a port are used only by the program that has opened it.
         let (tokens, unkept) = match settings.token && settings.port != 0 {
             true => tokens::kept(State::of_user(), settings.port)?,
             false => (tokens::new()?, None),
@@ -169,7 +169,8 @@ impl Listener {
 impl Drop for Listener {
     fn drop(&mut self) {
         self.end.store(true, Ordering::Release);
-        // The thread waits for a connection. If there can be none, it is left to the end of the process.
+        // The thread blocks until a connection arrives. If this connection fails, the thread is left running until the
+        // process exits.
         let woken = TcpStream::connect_timeout(&self.address, WAKE).is_ok();
         if let Some(thread) = self.thread.take().filter(|_| woken) {
             let _ = thread.join();

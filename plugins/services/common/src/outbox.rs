@@ -1,5 +1,5 @@
-//! The queue of messages to a client. A slow client only affects itself: only the newest replaceable message is kept,
-//! and a client for which too many other messages pile up is disconnected.
+//! The queue of messages to a client. A slow client only affects itself: of replaceable messages only the newest is
+//! queued, and a client for which too many other messages accumulate is disconnected.
 
 use std::{
     collections::VecDeque,
@@ -8,7 +8,7 @@ use std::{
 
 pub use tungstenite::{Bytes, Utf8Bytes};
 
-/// Most bytes queued for a client.
+/// Maximum size of the messages queued for a client, bytes.
 const MOST: usize = 128 << 20;
 
 /// A message. Clones share its content, because many clients may receive the same message.
@@ -88,7 +88,7 @@ impl Outbox {
     pub fn cut(&self) {
         self.state().cut = true;
     }
-    /// Returns whether the client is to be disconnected.
+    /// Returns whether the client must be disconnected.
     pub fn is_cut(&self) -> bool {
         self.state().cut
     }

@@ -1,8 +1,8 @@
 //! Private files that services keep for the user from one run to the next: in `XDG_STATE_HOME/tatu`, normally
 //! `~/.local/state/tatu`.
 //!
-//! The folder and its files are accessible to their owner alone. A file that is a link, belongs to somebody else, or can
-//! be accessed by others is not read: somebody else may have written it, or may know what is in it.
+//! The folder and its files are accessible only to the user. A file that is a link, belongs to another user, or can be
+//! accessed by other users is not read: they may have written it, or may know its contents.
 
 use std::{
     env,
@@ -12,7 +12,7 @@ use std::{
     path::{Path, PathBuf},
 };
 
-/// The user's folder of such files.
+/// The user's folder for private files.
 #[derive(Debug, Clone)]
 pub struct State {
     folder: PathBuf,
@@ -31,7 +31,7 @@ impl State {
 
     /// Returns the folder at a path, creating it if necessary.
     pub fn at(folder: PathBuf) -> io::Result<State> {
-        #[cfg_attr(not(unix), expect(unused_mut, reason = "the mode is of Unix"))]
+        #[cfg_attr(not(unix), expect(unused_mut, reason = "the mode exists only on Unix"))]
         let mut builder = fs::DirBuilder::new();
         #[cfg(unix)]
         std::os::unix::fs::DirBuilderExt::mode(&mut builder, 0o700);
@@ -39,14 +39,14 @@ impl State {
         Ok(State { folder })
     }
 
-    /// Returns the contents of a file of at most `most` bytes, or `None` if it does not exist or may not be trusted.
+    /// Returns the contents of a file of at most `most` bytes, or `None` if it does not exist or must not be trusted.
     pub fn read(&self, name: &str, most: u64) -> Option<Vec<u8>> {
         let path = self.folder.join(name);
         if !fs::symlink_metadata(&path).ok()?.is_file() {
             return None;
         }
         let file = fs::File::open(&path).ok()?;
-        // In the meantime, a different file may have been moved to this name: what counts is the opened one.
+        // The opened file is checked again, because another file may have been moved to this name in the meantime.
         let about = file.metadata().ok()?;
         if !about.is_file() || about.len() > most || !self.is_private(&about).ok()? {
             return None;
@@ -56,9 +56,9 @@ impl State {
         Some(bytes)
     }
 
-    /// Writes a file as a whole, or leaves it as it was. A link with this name is replaced, not followed.
+    /// Writes a file atomically: a failure leaves it unchanged. A link with this name is replaced, not followed.
     pub fn write(&self, name: &str, bytes: &[u8]) -> io::Result<()> {
-        // Temporary files are created for their owner alone.
+        // Temporary files are created with access for the user only.
         let mut file = tempfile::NamedTempFile::new_in(&self.folder)?;
         file.write_all(bytes)?;
         file.persist(self.folder.join(name)).map_err(|e| e.error)?;
@@ -73,11 +73,11 @@ impl State {
         }
     }
 
-    /// Returns whether a file belongs to this user, and to nobody else.
+    /// Returns whether a file belongs to this user and is inaccessible to others.
     #[cfg(unix)]
     fn is_private(&self, about: &fs::Metadata) -> io::Result<bool> {
         use std::os::unix::fs::MetadataExt;
-        // A new file belongs to the user of this process.
+        // The owner of a new file is the user of this process.
         let own = tempfile::tempfile_in(&self.folder)?.metadata()?.uid();
         Ok(about.uid() == own && about.mode() & 0o077 == 0)
     }

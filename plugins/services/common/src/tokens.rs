@@ -1,19 +1,19 @@
-//! The tokens of a listener. Those of a fixed port are kept from one run to the next, so that a page whose program was
-//! started again can connect without a new address.
+//! The tokens of a listener. Those of a fixed port are stored for later runs, so that an open page can reconnect with
+//! the same address when the program is restarted.
 
 use std::io;
 
 use crate::state::State;
 
-/// Bytes of a token, before they are written in hexadecimal.
+/// Size of a token before it is encoded in hexadecimal, bytes.
 const BYTES: usize = 16;
-/// Most bytes of a file of tokens.
+/// Maximum size of a token file, bytes.
 const MOST: u64 = 1 << 10;
 
 /// The tokens for full rights and for read-only rights.
 pub type Tokens = [String; 2];
 
-/// Creates a random text that cannot be guessed.
+/// Creates a random token that cannot be guessed.
 pub fn token() -> io::Result<String> {
     let mut bytes = [0; BYTES];
     getrandom::fill(&mut bytes).map_err(|e| io::Error::other(format!("random numbers are not available: {e}")))?;
@@ -25,8 +25,8 @@ pub(crate) fn new() -> io::Result<Tokens> {
     Ok([token()?, token()?])
 }
 
-/// Returns the tokens kept for a port; without any, creates and keeps them. If they cannot be kept, the tokens are new,
-/// and the error says why.
+/// Returns the tokens stored for a port. If there are none, creates and stores new ones; if storing fails, also returns
+/// the error.
 pub(crate) fn kept(state: io::Result<State>, port: u16) -> io::Result<(Tokens, Option<io::Error>)> {
     let name = format!("port-{port}.tokens");
     let state = match state {
@@ -41,13 +41,13 @@ pub(crate) fn kept(state: io::Result<State>, port: u16) -> io::Result<(Tokens, O
     Ok((tokens, written.err()))
 }
 
-/// Reads a file of tokens: both, each on a line.
+/// Parses a token file, which contains both tokens, each on a line.
 fn parse(bytes: Vec<u8>) -> Option<Tokens> {
     let text = String::from_utf8(bytes).ok()?;
     let is_token = |line: &str| line.len() == 2 * BYTES && line.bytes().all(|b| b.is_ascii_hexdigit());
     let mut lines = text.lines();
     let tokens = [lines.next()?.to_owned(), lines.next()?.to_owned()];
-    // With equal tokens, viewers could act.
+    // Equal tokens would give full rights to clients that may only read.
     (lines.next().is_none() && tokens.iter().all(|t| is_token(t)) && tokens[0] != tokens[1]).then_some(tokens)
 }
 

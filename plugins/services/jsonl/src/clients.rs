@@ -22,14 +22,14 @@ use tatu_services_common::port::Port;
 
 use crate::message::Message;
 
-/// Most clients at a time; further ones are disconnected.
+/// Maximum number of simultaneous clients; further ones are disconnected.
 const MOST_CLIENTS: usize = 256;
-/// Most bytes of a line.
+/// Maximum length of a line, bytes.
 pub const LINE_LIMIT: usize = 16 << 20;
-/// Most lines of a client queued for the barrier. When the queue is full, the client's reader blocks, and finally the
-/// client itself.
+/// Maximum number of lines per client queued for the barrier. When the queue is full, the client's reader blocks, and
+/// finally the client itself.
 const QUEUE: usize = 256;
-/// Most bytes queued for a client; a client that lets more pile up is disconnected.
+/// Maximum size of the lines queued for a client, bytes; a client that lets more accumulate is disconnected.
 const UNREAD_LIMIT: usize = 64 << 20;
 /// A client that accepts no data for this time is considered gone.
 const WRITE_TIMEOUT: Duration = Duration::from_secs(2);
@@ -37,7 +37,7 @@ const WRITE_TIMEOUT: Duration = Duration::from_secs(2);
 /// The port, and the clients that have connected to it.
 pub struct Listener {
     arrivals: Arc<Mutex<Arrivals>>,
-    /// `None` after it was closed.
+    /// The open port, or `None` after it was closed.
     port: Option<Port>,
 }
 
@@ -65,7 +65,7 @@ struct Link {
     ended: AtomicBool,
     /// Whether the client accepts no more data.
     broken: AtomicBool,
-    /// Bytes that the client has not taken yet.
+    /// Size of the lines that have not been sent to the client yet, bytes.
     unread: AtomicUsize,
 }
 

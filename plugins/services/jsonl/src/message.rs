@@ -19,7 +19,7 @@ pub enum Ask {
     Step(u64),
     /// Requests a change of state: `TATU_REQUEST_*`.
     Request(u32),
-    /// Asks for the state of the simulation.
+    /// Requests the state of the simulation.
     State,
     /// Turns events on or off.
     Events(bool),
@@ -38,7 +38,7 @@ pub struct Message {
     pub no_json: bool,
 }
 
-/// Most steps per request: a year and a half at 20 steps a second.
+/// Maximum number of steps per request: a year and a half at 20 steps per second.
 const MOST_STEPS: u64 = 1_000_000_000;
 
 /// Keys of requests. A message has exactly one of them, besides `id` and `args`.

@@ -25,7 +25,7 @@ pub struct JsonLines {
     pub(crate) time: Prop,
 }
 
-/// Most lines of a client processed per turn, so that other clients get their turn too.
+/// Maximum number of lines per client processed in a turn, so that one client cannot starve the others.
 const AT_ONCE: usize = 1000;
 
 /// The service.
@@ -46,7 +46,8 @@ struct State {
     threads: Vec<JoinHandle<()>>,
     /// Commands that wait: client number and line id, by token.
     waits: BTreeMap<u64, (u64, Json)>,
-    /// The last field, so that it is dropped last: no client connects while others are closed.
+    /// Must be the last field, because fields are dropped in order, and no client may connect while others are being
+    /// closed.
     listener: Listener,
 }
 
@@ -70,7 +71,7 @@ struct Guest {
 impl Service for Jsonl {
     type Plugin = JsonLines;
     const ID: &'static str = "jsonl";
-    const TEXT: &'static str = "Takes commands as lines of JSON on a local socket, with or without stepping.";
+    const TEXT: &'static str = "Accepts commands as lines of JSON on a local socket, with or without stepping.";
 
     fn params() -> Vec<Param> {
         vec![
@@ -84,7 +85,7 @@ impl Service for Jsonl {
                 .text("how many clients must have sent a `stepping` message before the first step"),
             Param::string("token")
                 .default("")
-                .text("what each client must send first, as `{\"token\": \"...\"}`; empty: clients need none"),
+                .text("token that each client must send first, as `{\"token\": \"...\"}`; empty: no token is required"),
         ]
     }
 
@@ -291,7 +292,7 @@ impl Jsonl {
 }
 
 impl State {
-    /// Drops clients that have left and to which no answers are owed.
+    /// Removes clients that have left and have no pending answers.
     fn bury(&mut self) {
         let waits = &self.waits;
         let is_over = |g: &mut Guest| {

@@ -15,7 +15,7 @@ use crate::{
 /// Handle by which arguments refer to the world.
 const WORLD: i64 = -1;
 
-/// Executes a command, given its raw number, its subject and its data; returns the data of the answer.
+/// Executes a command, given its raw code, its subject and its data; returns the data of the answer.
 pub fn call(turn: &Turn<'_>, files: &mut Files, raw: u16, of: &[u8], data: &[u8]) -> Result<Vec<u8>> {
     let (mut of, mut data) = (In(of), In(data));
     match raw {
@@ -45,7 +45,7 @@ fn integer(values: Vec<Value>) -> Result<Vec<u8>> {
 fn number(values: Vec<Value>) -> Result<Vec<u8>> {
     Ok(std::mem::take(Out::default().f32(float(values.first())?)).0)
 }
-/// Encodes all numbers of all values.
+/// Encodes all numbers in a list of values as consecutive floats.
 fn numbers(values: Vec<Value>) -> Result<Vec<u8>> {
     let mut out = Out::default();
     for value in &values {
@@ -83,7 +83,7 @@ fn of_nothing(turn: &Turn<'_>, raw: u16, data: &mut In<'_>) -> Result<Vec<u8>> {
     }
 }
 
-/// Executes commands about an object, a parameter or another number.
+/// Executes commands whose subject is an object, a parameter or another number.
 fn of_one(turn: &Turn<'_>, raw: u16, which: i64, data: &mut In<'_>) -> Result<Vec<u8>> {
     let own = Value::Int(which);
     let get = |name: &str| ask(turn, name, std::slice::from_ref(&own));
@@ -165,7 +165,7 @@ fn of_one(turn: &Turn<'_>, raw: u16, which: i64, data: &mut In<'_>) -> Result<Ve
         0x1026 => get("sim.readCollision").and_then(integer),
         0x1027 => {
             let v = get("sim.readDistance")?;
-            // There is no distance if nothing is near enough, or if an explicit object was never handled.
+            // There is no distance if nothing is in range, or if an object with explicit handling was never handled.
             let distance = v.get(1).filter(|_| int(v.first()).is_ok_and(|found| found != 0));
             let none = || Fail::missing(format!("the distance object {which} has no distance: it was never handled"));
             number(vec![distance.cloned().ok_or_else(none)?])
@@ -214,7 +214,7 @@ fn image(turn: &Turn<'_>, sensor: i64, grey: bool) -> Result<Vec<u8>> {
     sized(&ask(turn, "sim.getVisionSensorImg", &[Value::Int(sensor), Value::Int(i64::from(grey))])?)
 }
 
-/// Executes commands with two numbers.
+/// Executes commands whose subject is two numbers.
 fn of_two(turn: &Turn<'_>, raw: u16, first: i64, second: i64, data: &mut In<'_>) -> Result<Vec<u8>> {
     let both = [Value::Int(first), Value::Int(second)];
     let get = |name: &str| ask(turn, name, &both);
@@ -248,7 +248,7 @@ fn of_two(turn: &Turn<'_>, raw: u16, first: i64, second: i64, data: &mut In<'_>)
     }
 }
 
-/// Returns the button of a window that was pressed last, and the two numbers reported with it.
+/// Returns the button that was last pressed in a window, and the two numbers reported with it.
 fn event_button(turn: &Turn<'_>, window: i64) -> Result<Vec<u8>> {
     let v = ask(turn, "sim.getUIEventButton", &[Value::Int(window)])?;
     let values = floats(v.get(1)).unwrap_or_default();
@@ -262,7 +262,7 @@ fn event_button(turn: &Turn<'_>, window: i64) -> Result<Vec<u8>> {
     Ok(out.0)
 }
 
-/// Executes commands about a file.
+/// Executes commands whose subject is a file.
 fn of_file(turn: &Turn<'_>, files: &mut Files, raw: u16, name: &[u8], data: &mut In<'_>) -> Result<Vec<u8>> {
     let mut load = |command: &str| {
         files.load(name);
@@ -278,11 +278,11 @@ fn of_file(turn: &Turn<'_>, files: &mut Files, raw: u16, name: &[u8], data: &mut
         0x3004 => files.transfer(turn, name, data.0).and_then(|()| done(Vec::new())),
         0x3006 => files.erase(turn, name).and_then(|()| done(Vec::new())),
         _ => Err(Fail::unsupported("windows of buttons cannot be loaded from files: the format is not supported")
-            .help("windows come with a scene of V-REP (`.ttt`), or a script creates them with `simCreateUI`")),
+            .help("windows are part of a V-REP scene (`.ttt`), or are created by a script with `simCreateUI`")),
     }
 }
 
-/// Executes commands about a name or a text.
+/// Executes commands whose subject is a name or a text.
 fn of_name(turn: &Turn<'_>, raw: u16, name: &[u8], data: &mut In<'_>) -> Result<Vec<u8>> {
     let own = Value::Text(name.to_vec());
     let get = |command: &str| ask(turn, command, std::slice::from_ref(&own));

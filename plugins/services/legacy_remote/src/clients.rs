@@ -9,7 +9,7 @@ use crate::{
     message::{Command, mode},
 };
 
-/// Most streams, partial commands and stored errors of a client.
+/// Maximum number of streams of a client, of its partial commands, and of its stored errors.
 const MOST_STREAMS: usize = 5000;
 const MOST_PARTS: usize = 64;
 const MOST_ERRORS: usize = 50;

@@ -21,9 +21,9 @@ use crate::{
     packet,
 };
 
-/// Most connections at a time.
+/// Maximum number of simultaneous connections.
 const MOST_CONNECTIONS: usize = 64;
-/// Most bytes of a client's commands that wait for the barrier.
+/// Maximum size of a client's commands that wait for the barrier, bytes.
 const MOST_UNHEARD: usize = 128 << 20;
 /// How long a message with commands waits for results before it is answered without them.
 const PATIENCE: Duration = Duration::from_millis(20);
@@ -34,7 +34,7 @@ const WRITING: Duration = Duration::from_secs(5);
 pub enum Event {
     /// A client has connected.
     Come(u64, Arc<Outbox>),
-    /// A client sent commands, in a message of this many bytes.
+    /// A client has sent commands, in a message of this many bytes.
     Commands(u64, Head, Vec<Command>, usize),
     /// A client has disconnected, with the error that caused this, if any.
     Gone(u64, Option<String>),

@@ -3,9 +3,10 @@
 
 use std::io::{self, Read, Write};
 
-/// Most payload bytes of a packet that is sent.
+/// Maximum payload of a packet that is sent, bytes.
 const PAYLOAD: usize = 30_000;
-/// Most bytes of a received message: more than the largest file, so that a file that is too large can be reported.
+/// Maximum size of a received message, bytes: more than that of a file, so that a file that is too large can be
+/// reported.
 pub const MOST: usize = 66 << 20;
 
 /// Builds the error for an invalid message.

@@ -354,14 +354,17 @@ fn goals_of_servers(offer: &mut Offer<Plugin>) {
         |c| {
             let (server, id, goal) = of_server(c)?;
             if goal.stage != Stage::Deferred {
-                let text = format!("goal '{id}' of {} is under way already: only a deferred one is begun", server.name);
+                let text = format!(
+                    "goal '{id}' of {} is already being executed: only a deferred goal can be started",
+                    server.name
+                );
                 return Err(Fail::unsupported(text));
             }
             c.instance().set_stage(&id, Stage::Executing)
         },
         |cmd| {
             let begin = begin("deferred").replace("accept_and_execute", "accept_and_defer");
-            cmd.param(handle()).param(goal()).text("Begins a goal that was deferred.").example(format!(
+            cmd.param(handle()).param(goal()).text("Starts a goal that was deferred.").example(format!(
                 "{begin}assert(not simROS2.actionServerIsExecuting(server, current))\n\
                  simROS2.actionServerExecute(server, current)\n\
                  assert(simROS2.actionServerIsExecuting(server, current))"

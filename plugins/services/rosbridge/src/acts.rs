@@ -18,7 +18,7 @@ use crate::{
     types::{self, Ros},
 };
 
-/// Most messages of a client processed per turn.
+/// Maximum number of messages per client processed in a turn.
 const AT_ONCE: usize = 1000;
 
 impl State {

@@ -92,8 +92,8 @@ pub(crate) fn offer(offer: &mut Offer<Plugin>) {
             let two = format!("simROS2.{}(simROS2.{})", names[1], opens[1]);
             cmd.param(handle())
                 .text(
-                    "From now on, arrays of bytes are received as texts instead of tables of numbers; when publishing, \
-                     they may be either.",
+                    "Arrays of bytes are received as strings instead of tables of numbers from now on; published ones \
+                     may be either.",
                 )
                 .example(words(ros, &one, &two))
         });

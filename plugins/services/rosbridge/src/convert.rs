@@ -16,9 +16,9 @@ pub enum Node {
     Bool(bool),
     /// An integer.
     Int(i64),
-    /// A number.
+    /// A floating-point number.
     Float(f64),
-    /// A text.
+    /// A string.
     Text(String),
     /// An array of unsigned 8-bit integers.
     Bytes(Vec<u8>),
@@ -61,7 +61,7 @@ pub fn node(value: &Value, plain: &str, ros: Ros) -> Result<Node> {
     Ok(Node::Map(out))
 }
 
-/// Adds to an error the field of the message in which it occurred.
+/// Prepends to an error the message type and the field in which it occurred.
 fn within(e: &Fail, plain: &str, name: &str) -> Fail {
     Fail::with_code(e.code(), format!("{plain}: `{name}`: {}", e.text()))
 }
@@ -165,7 +165,7 @@ impl Node {
             Node::Text(t) => json!(t),
             Node::Bytes(b) => json!(STANDARD.encode(b)),
             Node::Numbers(Base::Int(..), v) => v.iter().map(|x| json!(*x as i64)).collect(),
-            // Written with the shortest decimals of a 32-bit float.
+            // Formatted with the shortest decimal representation of a 32-bit float.
             Node::Numbers(Base::Float(32), v) => {
                 v.iter().map(|x| float((*x as f32).to_string().parse().unwrap_or(f64::NAN))).collect()
             }
@@ -274,9 +274,8 @@ fn read_one(given: Option<&Json>, base: &Base, ros: Ros) -> Result<Value> {
                 v.as_i64().or_else(|| v.as_f64().and_then(whole)).ok_or_else(|| wrong("a whole number"))?
             }
         }),
-        // Null stands for a number that is not finite, but a single field that is null gets its default, as if it were
-        // missing.
-        // one.
+        // In arrays, null represents a number that is not finite, but a single field that is null gets its default, as
+        // if it were missing.
         Base::Float(_) => Value::Float(given.map_or(Ok(0.0), |v| v.as_f64().ok_or_else(|| wrong("a number")))?),
         Base::Text => Value::text(given.map_or(Ok(""), |v| v.as_str().ok_or_else(|| wrong("a text")))?),
         Base::Time => {

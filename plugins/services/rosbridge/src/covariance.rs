@@ -8,8 +8,8 @@ use toml_edit::{Item, Table, TableLike};
 
 use crate::Props;
 
-/// Returns the covariance of a sensor's field of three numbers, by rows: the variances of its components are on the
-/// diagonal. Noise that depends on the value counts as it is at 0; errors that grow without bound do not count.
+/// Returns the 3 x 3 covariance matrix of a sensor's field with three components, by rows. It is diagonal. Noise that
+/// depends on the value is evaluated at 0, and errors that grow without bound are ignored.
 pub fn of(turn: &Turn<'_>, p: &Props, id: tatu_object, field: &str) -> Value {
     let [x, y, z] = variances(turn, p, id, field);
     Value::Floats(vec![x, 0.0, 0.0, 0.0, y, 0.0, 0.0, 0.0, z])
@@ -26,7 +26,7 @@ pub fn variances(turn: &Turn<'_>, p: &Props, id: tatu_object, field: &str) -> [f
     declared(&noise, field, rate)
 }
 
-/// Returns the variances that a declaration means for a sensor that measures `rate` times a second.
+/// Returns the variances described by a noise declaration for a sensor with the measurement rate `rate`, Hz.
 fn declared(noise: &str, field: &str, rate: f64) -> [f64; 3] {
     let Ok(all) = noise.parse::<toml_edit::DocumentMut>() else { return [0.0; 3] };
     let Some(own) = all.get(field).and_then(Item::as_table_like) else { return [0.0; 3] };
@@ -43,14 +43,15 @@ fn declared(noise: &str, field: &str, rate: f64) -> [f64; 3] {
     })
 }
 
-/// Returns a component of a number for all components, or of a list with one for each.
+/// Returns component `i` of a setting that is a list, or the single value of one that applies to all components.
 fn number(item: &Item, i: usize) -> f64 {
     let one = |v: &toml_edit::Value| v.as_float().or_else(|| v.as_integer().map(|n| n as f64));
     let list = item.as_array().map(|list| list.get(i).and_then(one));
     list.unwrap_or_else(|| item.as_value().and_then(one)).unwrap_or(0.0)
 }
 
-/// Returns the constant part of a standard deviation: of a polynomial, or of a list of them with one for each component.
+/// Returns the constant term of the standard deviation of component `i`, which is a polynomial, or a list of
+/// polynomials with one per component.
 fn sigma(own: &dyn TableLike, i: usize) -> f64 {
     let Some(item) = own.get("sigma") else { return 0.0 };
     match item.as_array() {
@@ -77,7 +78,7 @@ mod tests {
         near("", one(0.0));
         near("[\"imu.gyro\"]\nsigma = 1.0", one(0.0));
         near("[\"imu.acceleration\"]\nsigma = 0.1", one(0.01));
-        // 0.1 at 0, and more for greater values.
+        // A polynomial with the value 0.1 at 0.
         near("[\"imu.acceleration\"]\nsigma = [0.1, 3.0]", one(0.01));
         near("[\"imu.acceleration\"]\nsigma = [[0.1, 1.0], [0.2], [0.3, 0.0]]", [0.01, 0.04, 0.09]);
         near("[\"imu.acceleration\"]\nuniform = 0.3\nstep = 0.12", one(0.03 + 0.0012));

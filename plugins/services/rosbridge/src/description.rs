@@ -1,4 +1,4 @@
-//! Robots of the scene as URDF, for clients that want to know what they look like and how they move.
+//! Generates URDF descriptions of a scene's robots for clients.
 
 use std::{
     collections::{BTreeMap, BTreeSet},
@@ -16,12 +16,13 @@ use crate::{
     robots::{Robot, Scene, ros_name},
 };
 
-/// What URDF demands of a joint that names none: greater than what any motor gives, N or N m, and m/s or rad/s.
+/// Effort (N or N m) and velocity (m/s or rad/s) limits of joints that have none, because URDF requires limits: higher
+/// than any motor provides.
 const NO_LIMIT: f64 = 1e6;
 
-/// Returns the description of a robot. Each shape, frame and joint below its base is a link, under its unique name; the
-/// link `base_link` is that of `/tf`, and joints have the names of `joint_states`. Meshes are described by the boxes around
-/// them, since a client cannot read the program's files.
+/// Returns the description of a robot. Each shape, frame and joint below the base becomes a link with its unique name.
+/// The link `base_link` is that of `/tf`, and joints have the names in `joint_states`. Meshes are replaced by their
+/// bounding boxes, since a client cannot read the program's files.
 pub fn urdf(turn: &Turn<'_>, p: &Props, scene: &Scene, robot: &Robot) -> Result<String> {
     let root = format!("{}base_link", robot.prefix);
     let mut children: BTreeMap<tatu_object, Vec<tatu_object>> = BTreeMap::new();
@@ -44,19 +45,19 @@ struct Writer<'a> {
     p: &'a Props,
     scene: &'a Scene,
     robot: &'a Robot,
-    /// What is below each object, in the order of the tree.
+    /// The children of each object, in the order of the tree.
     children: BTreeMap<tatu_object, Vec<tatu_object>>,
-    /// Names of links and joints that are taken.
+    /// Names of links and joints that are already used.
     names: BTreeSet<String>,
     text: String,
 }
 
 impl Writer<'_> {
-    /// Writes an object at a pose in the frame of a link, and all that is below it.
+    /// Writes an object at a pose in the frame of a link, and the objects below it.
     fn object(&mut self, id: tatu_object, link: &str, at: &Pose) -> Result {
         match self.turn.look(id)?.kind {
             TATU_KIND_JOINT => return self.joint(id, link, at),
-            // Their frames are in `/tf`, with axes as ROS has them.
+            // Frames of sensors are published in `/tf`, with the axes that are usual in ROS.
             TATU_KIND_SENSOR => return Ok(()),
             _ => {}
         }
@@ -79,7 +80,7 @@ impl Writer<'_> {
     fn joint(&mut self, id: tatu_object, link: &str, at: &Pose) -> Result {
         let known = self.robot.joints.iter().find(|(joint, _)| *joint == id).map(|(_, name)| name.clone());
         let name = match known {
-            // As in `joint_states`.
+            // The same name as in `joint_states`.
             Some(name) => name,
             None => self.name(id, "")?,
         };
@@ -161,13 +162,13 @@ impl Writer<'_> {
         Ok(())
     }
 
-    /// Returns a name for what belongs to an object, which nothing else has.
+    /// Returns a unique name for a link or joint that represents an object.
     fn name(&mut self, id: tatu_object, end: &str) -> Result<String> {
         let name = ros_name(&self.turn.get(id, self.p.name)?.as_str().unwrap_or_default());
         Ok(self.free(format!("{}{name}{end}", self.robot.prefix)))
     }
 
-    /// Takes a name, with a number behind it if it is taken.
+    /// Reserves a name, appending a number if it is already used.
     fn free(&mut self, name: String) -> String {
         let numbered = (2..).map(|n| format!("{name}_{n}"));
         let found = [name.clone()].into_iter().chain(numbered).find(|n| !self.names.contains(n)).unwrap_or(name);
@@ -176,7 +177,7 @@ impl Writer<'_> {
     }
 }
 
-/// Returns pose and geometry of a part of a shape; endless planes have none.
+/// Returns the pose and geometry of a part of a shape, or `None` for infinite planes.
 fn geometry(part: ValueRef<'_>) -> Option<(Pose, String)> {
     let numbers = |key: &str| part.get(key).and_then(|v| v.numbers()).unwrap_or_default();
     let mut at: Pose = numbers("pose").first_chunk().copied()?;
@@ -204,7 +205,7 @@ fn geometry(part: ValueRef<'_>) -> Option<(Pose, String)> {
     })
 }
 
-/// Returns an origin: rotations about the fixed axes x, y and z, in this order.
+/// Formats an origin; `rpy` are rotations about the fixed axes x, y and z, in this order.
 fn origin(at: &Pose) -> String {
     let q = nalgebra::UnitQuaternion::from_quaternion(nalgebra::Quaternion::new(at[6], at[3], at[4], at[5]));
     let (roll, pitch, yaw) = q.euler_angles();

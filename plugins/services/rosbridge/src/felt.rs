@@ -1,4 +1,4 @@
-//! Messages of sensors of motion, force and surroundings, each of one reading.
+//! Messages of IMUs, magnetometers, force sensors, batteries and barometers, each built from one reading.
 
 use tatu_plugin_api::{
     abi::tatu_object,
@@ -11,10 +11,10 @@ use crate::{
     poses::{quaternion, vector},
 };
 
-/// `sensor_msgs/BatteryState`: it is being discharged.
+/// `sensor_msgs/BatteryState`: status of a battery that is being discharged.
 const DISCHARGING: i64 = 2;
 
-/// What a sensor tells.
+/// The quantity that a sensor measures.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Felt {
     /// Acceleration, angular velocity and attitude.
@@ -29,7 +29,7 @@ pub enum Felt {
     Pressure,
 }
 
-/// A way to read the fields of a sensor.
+/// Reads the fields of a sensor.
 struct Fields<'a>(&'a Turn<'a>, tatu_object);
 
 impl Fields<'_> {
@@ -43,7 +43,7 @@ impl Fields<'_> {
 }
 
 impl Felt {
-    /// All of them.
+    /// All quantities.
     pub const ALL: [Felt; 5] = [Felt::Motion, Felt::Field, Felt::Load, Felt::Battery, Felt::Pressure];
 
     /// Returns the last part of the topic's name, and the type of its messages.
@@ -57,7 +57,7 @@ impl Felt {
         }
     }
 
-    /// Returns a field that only sensors which tell this have.
+    /// Returns a field that identifies sensors of this quantity.
     pub fn field(self, p: &Props) -> Prop {
         match self {
             Felt::Motion => p.acceleration,
@@ -68,7 +68,7 @@ impl Felt {
         }
     }
 
-    /// Returns the message of a sensor; `header` makes its header from the reading's time.
+    /// Returns the message of a sensor; `header` creates the message header from the reading's time, s.
     pub fn message(self, turn: &Turn<'_>, p: &Props, id: tatu_object, header: impl Fn(f64) -> Value) -> Result<Value> {
         let header = ("header", header(turn.reading(id, self.field(p))?.time()));
         let of = Fields(turn, id);
@@ -99,7 +99,7 @@ impl Felt {
                     header,
                     ("voltage", Value::Float(of.number(p.voltage)?)),
                     ("temperature", unknown()),
-                    // In ROS a current that flows out is negative.
+                    // In ROS, the current is negative while discharging.
                     ("current", Value::Float(-of.number(p.current)?)),
                     ("charge", unknown()),
                     ("capacity", unknown()),

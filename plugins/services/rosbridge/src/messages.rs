@@ -57,7 +57,7 @@ impl Source<'_> {
             What::Image(i) => of(i, p.rgb),
             What::Depth(i) | What::Optics(i) => of(i, p.depth),
             What::Felt(i, felt) => of(i, felt.field(p)),
-            // Who subscribes later hears of them within a second.
+            // Published once a second, for clients that subscribe later.
             What::StaticFrames | What::Description(_) => Some(self.time as u64 + 1),
             What::Points(i) => of(i, p.depth).filter(|n| *n > 0).or_else(|| of(i, p.scan_distance)),
             _ => None,
@@ -100,7 +100,7 @@ impl Source<'_> {
         self.turn.f64(id, self.turn.host().prop(key)).ok()
     }
 
-    /// Returns the pose of a robot's `base_link` in its odometry frame, on the floor, as its wheels tell.
+    /// Returns the pose of a robot's `base_link` in its odometry frame, on the floor, computed from its wheels.
     fn driven(&self, robot: &Robot) -> Option<Pose> {
         robot.train.as_ref().map(|_| robot.odometry.pose())
     }
@@ -140,8 +140,8 @@ impl Source<'_> {
         Ok(out)
     }
 
-    /// Returns the frames of sensors that are fixed to their robot: no joint and no other body is between them. They are
-    /// in `/tf` as well, since many clients of rosbridge read that alone.
+    /// Returns the frames of sensors that are rigidly attached to their robot. These frames are in `/tf` as well, since
+    /// many clients of rosbridge only read that topic.
     fn static_frames(&self) -> Result<Vec<Value>> {
         let fixed = |s: &&Sensor| s.fixed;
         self.scene.sensors.iter().filter(fixed).map(|s| self.sensor_frame(s)).collect()
@@ -237,7 +237,7 @@ impl Source<'_> {
     fn fix(&self, s: &Sensor) -> Result<Value> {
         let one = |prop| -> Result<f64> { Ok(self.turn.reading(s.id, prop)?.f64s().first().copied().unwrap_or(0.0)) };
         let valid = self.turn.reading(s.id, self.p.fix_valid)?;
-        // 1: there is a position by GPS.
+        // 1: the receiver has a position fix.
         let found = if valid.i32s().first() == Some(&1) { 0 } else { -1 };
         Ok(keys([
             ("header", self.header(&s.frame, valid.time())),

@@ -18,7 +18,8 @@ use crate::{
     types::Ros,
 };
 
-/// Most bytes queued for a client before messages of topics are skipped, because the client reads too slowly.
+/// Maximum size of messages queued for a client, bytes; above it, messages of topics are skipped, because the client
+/// reads too slowly.
 const MOST_LATE: usize = 8 << 20;
 
 /// A subscription.

@@ -1,4 +1,4 @@
-//! Poses as numbers: position x y z, quaternion x y z w; and as fields of messages.
+//! Poses as arrays (position x y z in m, quaternion x y z w), and as fields of messages.
 
 use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion};
 use tatu_plugin_api::safe::{Value, keys};
@@ -19,7 +19,7 @@ pub fn planar(x: f64, y: f64, heading: f64) -> Pose {
     [x, y, 0.0, 0.0, 0.0, s, c]
 }
 
-/// Returns the part of a pose that is on the floor: its place, and the heading of its x axis.
+/// Projects a pose onto the floor: its position in the plane, and the heading of its x axis.
 pub fn flat(at: &Pose) -> Pose {
     let ahead = isometry(*at).rotation * nalgebra::Vector3::x();
     planar(at[0], at[1], libm::atan2(ahead.y, ahead.x))

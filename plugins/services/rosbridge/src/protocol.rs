@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use serde_json::{Value as Json, json};
 use tatu_plugin_api::safe::{Fail, Result};
 
-/// Most bytes of incomplete messages of a client.
+/// Maximum size of a client's incomplete messages, bytes.
 const MOST_FRAGMENTS: usize = 64 << 20;
 
 /// A request of a client.
@@ -48,11 +48,11 @@ pub enum Ask {
 pub struct Wish {
     /// Id by which the client ends the subscription.
     pub id: Option<String>,
-    /// Least time between two messages, ms.
+    /// Minimum interval between two messages, ms.
     pub throttle_ms: f64,
     /// Whether messages are encoded as CBOR, in binary frames.
     pub cbor: bool,
-    /// Most bytes of a message; longer ones are split into fragments. 0: messages are never split.
+    /// Maximum size of a message, bytes; longer ones are split into fragments. 0: messages are never split.
     pub fragment: usize,
 }
 
@@ -63,7 +63,7 @@ pub fn read(message: &Json) -> Result<(Option<String>, Ask)> {
             .get(key)
             .and_then(Json::as_str)
             .map(str::to_owned)
-            .ok_or_else(|| Fail::argument(format!("expected a text in `{key}`")))
+            .ok_or_else(|| Fail::argument(format!("expected a string in `{key}`")))
     };
     let or_empty = |key: &str| message.get(key).and_then(Json::as_str).unwrap_or("").to_owned();
     let any = |key: &str| message.get(key).cloned().unwrap_or_else(|| json!({}));
@@ -167,7 +167,7 @@ impl Fragments {
         self.bytes = self.bytes.saturating_sub(whole.len());
         serde_json::from_str(&whole)
             .map(Some)
-            .map_err(|e| Fail::argument(format!("the fragments do not make valid JSON: {e}")))
+            .map_err(|e| Fail::argument(format!("the joined fragments are not valid JSON: {e}")))
     }
 }
 

@@ -78,20 +78,20 @@ pub struct Sensor {
     pub frame: String,
     /// Index of the sensor's robot.
     pub robot: Option<usize>,
-    /// Whether it is fixed to its robot's base, or to the world: nothing between them moves.
+    /// Whether the sensor is rigidly attached to its robot's base, or to the world.
     pub fixed: bool,
     /// The axes of the sensor's frame.
     pub axes: Axes,
 }
 
-/// How the frame that is published for a sensor lies in the sensor's own, in which +z is ahead and +y up.
+/// The axes of the frame that is published for a sensor. In the sensor's own frame, +z is ahead and +y is up.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Axes {
     /// x is ahead, z up.
     Ahead,
-    /// As of a camera: z is ahead, y down.
+    /// The optical frame of a camera: z is ahead, y down.
     Optical,
-    /// The same: of sensors that look nowhere.
+    /// The sensor's own frame, for sensors without a viewing direction.
     Own,
 }
 
@@ -116,8 +116,8 @@ pub fn ros_name(name: &str) -> String {
 }
 
 impl Robot {
-    /// Returns the frame `base_link` in that of the base object: on the middle of the driven axle, if there is one, about
-    /// which the robot turns.
+    /// Returns the pose of `base_link` in the frame of the base object. The origin is the middle of the driven axle, if
+    /// there is one, about which the robot turns.
     pub fn link(&self) -> Pose {
         let ahead = self.train.as_ref().map_or(0.0, |train| train.axle);
         [ahead, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0]
@@ -128,7 +128,7 @@ impl Scene {
     /// Finds the robots and sensors; the state of robots known before is kept.
     pub fn read(turn: &Turn<'_>, p: &Props, ids: Vec<tatu_object>, before: Scene) -> Result<Scene> {
         let mut scene = Scene { ids, ..Default::default() };
-        // Aliases, or unique names where an alias occurs several times in a robot.
+        // Names are aliases, or unique names if an alias occurs several times in a robot.
         let of = |id, prop| -> Result<String> {
             Ok(ros_name(&turn.get(id, prop)?.as_str().map(|s| s.into_owned()).unwrap_or_default()))
         };
@@ -224,8 +224,8 @@ impl Scene {
     }
 }
 
-/// Returns whether an object is fixed to the robot that it belongs to, or to the world: there is no joint between them,
-/// and no other body that forces move.
+/// Returns whether an object is rigidly attached to the robot that it belongs to, or to the world: there is no joint
+/// and no other dynamic body between them.
 fn is_fixed(turn: &Turn<'_>, p: &Props, robots: &[Robot], of: tatu_object) -> Result<bool> {
     let mut id = turn.get(of, p.parent)?.as_object().unwrap_or(0);
     while id != 0 && !robots.iter().any(|r| r.base == id) {

@@ -110,8 +110,8 @@ pub fn call(g: &Graph<'_>, params: &mut BTreeMap<String, String>, service: &str,
     }))
 }
 
-/// Returns the name under which a parameter is stored: `x`, `/x` and, of a node in ROS 2, `/node:x` are the same, if there
-/// is one already.
+/// Returns the name under which a parameter is stored. `x`, `/x` and, for ROS 2 nodes, `/node:x` refer to the same
+/// parameter if it exists already.
 fn param(params: &BTreeMap<String, String>, name: String) -> String {
     let last = name.rsplit(':').next().unwrap_or("").trim_start_matches('/');
     let known = [name.clone(), last.to_owned(), format!("/{last}")];

@@ -132,7 +132,7 @@ pub(crate) fn offer(offer: &mut Offer<Plugin>) {
 fn topics(offer: &mut Offer<Plugin>) {
     let topic = || Param::string("topic");
     let kind = |ros: Ros| Param::string("type").text(ros.name("geometry_msgs/Twist"));
-    let rest = |name| Param::any(name).optional().text("not needed: nothing waits longer than a step");
+    let rest = |name| Param::any(name).optional().text("ignored: messages are never queued for longer than a step");
     add(
         offer,
         ["advertise", "createPublisher"],
@@ -290,7 +290,7 @@ fn services(offer: &mut Offer<Plugin>) {
         |cmd, ros| {
             cmd.param(Param::string("service"))
             .param(kind(ros))
-            .param(Param::any("callback").text("a function of the script or its name: it has the request, and returns the response"))
+            .param(Param::any("callback").text("a function of the script or its name: it gets the request, and returns the response"))
             .returns(handle())
             .text("Offers a service, to scripts of this world and to clients.")
             .example(words(
@@ -368,7 +368,7 @@ pub(crate) fn between(offer: &mut Offer<Plugin>) {
             .field(Param::string("role").text("publisher, subscriber, client, server, action client, action server"))
             .field(Param::string("name").text("of the topic, service or action"))
             .field(Param::string("type").text("of its messages, such as `std_msgs/String`"))
-            .field(Param::bool("open").text("true: it begins; false: it ends")),
+            .field(Param::bool("open").text("true: the endpoint was opened; false: it was closed")),
     );
     offer.event(
         Event::new(MESSAGE)

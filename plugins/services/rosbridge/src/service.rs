@@ -29,11 +29,11 @@ use crate::{
 
 /// The default port of rosbridge.
 const PORT: i64 = 9090;
-/// The parameter by which nodes know that they get their time from `/clock`.
+/// The ROS parameter that makes nodes read the time from `/clock`.
 const SIM_TIME: &str = "/use_sim_time";
-/// The last part of the parameters that describe robots.
+/// The last part of the names of parameters that contain robot descriptions.
 const DESCRIPTION: &str = "robot_description";
-/// Most bytes of a message.
+/// Maximum size of a message, bytes.
 const MOST_MESSAGE: usize = 64 << 20;
 
 /// The service.
@@ -46,7 +46,7 @@ pub(crate) struct State {
     pub(crate) peers: Peers,
     pub(crate) relay: Relay,
     pub(crate) params: BTreeMap<String, String>,
-    /// Names of those that describe robots.
+    /// Names of the parameters that contain robot descriptions.
     described: Vec<String>,
     pub(crate) scene: Scene,
     pub(crate) topics: BTreeMap<String, Topic>,
@@ -71,7 +71,7 @@ pub(crate) struct State {
 impl Service for Rosbridge {
     type Plugin = Plugin;
     const ID: &'static str = "rosbridge";
-    const TEXT: &'static str = "rosbridge: clients of ROS read sensors as topics and steer robots by velocities.";
+    const TEXT: &'static str = "rosbridge: ROS clients read sensors as topics and drive robots by velocity commands.";
     const EVENTS: &'static [&'static str] = &["started", "stopped", ENDPOINT, MESSAGE, REQUEST, GOAL, CANCEL, PROGRESS];
 
     fn params() -> Vec<Param> {
@@ -88,12 +88,12 @@ impl Service for Rosbridge {
                 .unit("s")
                 .range(0.0, 1e9)
                 .default(0.5)
-                .text("simulation time after which a robot that gets no further velocity stops; 0: never"),
+                .text("simulation time after which a robot stops if it receives no further velocity command; 0: never"),
             Param::bool("token").default(false).text(
-                "whether clients must give the token that is printed at the start, in the address: ws://127.0.0.1:9090/?token=...",
+                "whether clients must pass the token, which is printed at the start, in the address: ws://127.0.0.1:9090/?token=...",
             ),
             Param::string("origins").default("").text(
-                "pages of other servers that may connect, separated by spaces: http://localhost:8080. Programs may always connect",
+                "origins of other servers whose pages may connect, separated by spaces: http://localhost:8080. Programs may always connect",
             ),
         ]
     }
@@ -233,7 +233,8 @@ impl State {
         Ok(())
     }
 
-    /// Keeps the descriptions of the robots as parameters: `/robot_description` of the only one, or `/NAME/robot_description`.
+    /// Stores the descriptions of the robots as parameters: `/robot_description` if there is only one robot, otherwise
+    /// `/NAME/robot_description`.
     fn describe(&mut self, turn: &Turn<'_>, p: &Props) -> Result {
         for name in std::mem::take(&mut self.described) {
             self.params.remove(&name);
@@ -281,7 +282,7 @@ impl State {
         let silent = |r: &crate::robots::Robot| r.until.is_some_and(|until| time >= until - 1e-9);
         let over: Vec<usize> = (0..self.scene.robots.len()).filter(|i| silent(&self.scene.robots[*i])).collect();
         for robot in over {
-            // A robot that cannot be driven any more need not be stopped.
+            // Errors are ignored: a robot that can no longer be driven need not be stopped.
             let _ = self.drive(turn, robot, [0.0; 3]);
         }
         let now = Instant::now();

@@ -27,8 +27,8 @@ pub(crate) fn times(offer: &mut Offer<Plugin>) {
         ("simROS2.getSimulationTime", "Returns the simulation time."),
         (
             "simROS2.getSystemTime",
-            "Returns the date of the start plus the time that clocks show since then: the same in each run that is not \
-             in real time.",
+            "Returns the date and time of the start plus the time elapsed since then; it is the same in each run that \
+             is not in real time.",
         ),
     ] {
         offer.command(
@@ -86,8 +86,8 @@ pub(crate) fn times(offer: &mut Offer<Plugin>) {
         .example("assert(simROS2.createInterface('geometry_msgs/msg/Twist').linear.x == 0)"),
     );
     for (name, why) in [
-        ("simROS2.spinSome", "messages come by themselves between two steps"),
-        ("simROS2.importInterface", "the types that are there are known already"),
+        ("simROS2.spinSome", "messages are delivered automatically between two steps"),
+        ("simROS2.importInterface", "all supported types are known without it"),
     ] {
         offer.command(Cmd::new(name, |_| Ok(())).param(Param::any("type").optional()).text("Does nothing.").stub(why));
     }

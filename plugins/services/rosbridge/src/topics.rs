@@ -14,7 +14,7 @@ pub enum What {
     Clock,
     /// Coordinate frames.
     Frames,
-    /// Those that do not move in the frame above them.
+    /// Coordinate frames that do not move relative to their parent frame.
     StaticFrames,
     /// The wheel odometry of a robot.
     Odometry(usize),
@@ -28,7 +28,7 @@ pub enum What {
     Command(usize),
     /// A planar scan of distances.
     Scan(usize),
-    /// One distance.
+    /// A single distance.
     Range(usize),
     /// A position on Earth.
     Fix(usize),
@@ -40,7 +40,7 @@ pub enum What {
     Optics(usize),
     /// The points of a depth camera, or of a scanner with layers.
     Points(usize),
-    /// A reading of one number or a few.
+    /// A reading with few components, such as that of an IMU.
     Felt(usize, Felt),
 }
 

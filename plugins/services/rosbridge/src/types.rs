@@ -92,11 +92,11 @@ example_interfaces/FibonacciFeedback: int32[] sequence
 pub enum Base {
     /// A boolean.
     Bool,
-    /// An integer: whether it is signed, and its bits.
+    /// An integer: whether it is signed, and its width in bits.
     Int(bool, u8),
-    /// A number of this many bits.
+    /// A floating-point number of this width in bits.
     Float(u8),
-    /// A text.
+    /// A string.
     Text,
     /// A time or a duration.
     Time,
@@ -107,7 +107,7 @@ pub enum Base {
 /// The number of elements of a field.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Many {
-    /// One.
+    /// A single element.
     One,
     /// An array of any length.
     Any,

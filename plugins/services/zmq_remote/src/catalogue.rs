@@ -1,4 +1,4 @@
-//! Lists the members of a namespace, which are all that its clients can call.
+//! Lists the members of a namespace: everything in it that clients can access.
 
 use ciborium::Value as Cbor;
 use tatu_plugin_api::safe::{Fail, Result, Turn};

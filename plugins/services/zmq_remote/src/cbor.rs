@@ -17,7 +17,7 @@ pub struct Request {
     pub uuid: Option<String>,
 }
 
-/// Deepest nesting of lists and maps.
+/// Maximum nesting depth of lists and maps.
 const MOST_DEPTH: usize = 64;
 
 /// Parses a request.
@@ -33,7 +33,7 @@ pub fn read(bytes: &[u8]) -> Result<Request> {
             (Some("args"), Cbor::Array(args)) => request.args = args.into_iter().map(value).collect::<Result<_>>()?,
             (Some("uuid"), Cbor::Text(uuid)) => request.uuid = Some(uuid),
             (Some("func" | "args" | "uuid"), _) => {
-                return Err(wrong("`func` and `uuid` must be texts, `args` an array"));
+                return Err(wrong("`func` and `uuid` must be strings, and `args` must be an array"));
             }
             _ => {}
         }

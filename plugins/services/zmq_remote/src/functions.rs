@@ -7,9 +7,9 @@ use tatu_plugin_api::safe::{Result, Value};
 
 /// Suffix by which a client marks the name of a function.
 const MARK: &[u8] = b"@func";
-/// Most functions of a client that are stored; the oldest is dropped.
+/// Maximum number of stored functions per client; beyond it, the oldest is dropped.
 const MOST: usize = 1000;
-/// Most calls that wait for a client's next request; the oldest is dropped.
+/// Maximum number of calls that wait for a client's next request; beyond it, the oldest is dropped.
 const MOST_WAITING: usize = 1000;
 
 /// A function of a client.

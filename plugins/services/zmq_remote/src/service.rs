@@ -25,7 +25,7 @@ use crate::{
 /// The plugin, which offers one service.
 pub struct ZmqRemote;
 
-/// Most requests processed per turn.
+/// Maximum number of requests processed in a turn.
 const AT_ONCE: usize = 2000;
 /// Request by which a client reports that its function has returned.
 const EXECUTED: &str = "_*executed*_";
@@ -59,7 +59,7 @@ impl Service for Remote {
             Ok((counter, _)) => Some(counter),
             Err(e) => {
                 let next = address.port().wrapping_add(1);
-                let text = format!("zmq_remote: port {next} is taken ({e}): clients of 2022 and before cannot step");
+                let text = format!("zmq_remote: port {next} is in use ({e}): clients of 2022 and before cannot step");
                 session.log(TATU_LOG_WARNING, &text);
                 None
             }
@@ -316,11 +316,11 @@ impl Remote {
 /// A port, and the events of its connections.
 type Opened = (Listener, Receiver<Event>);
 
-/// Pairs of ports that are tried if any port will do.
+/// Number of attempts to find a pair of free ports.
 const ATTEMPTS: usize = 16;
 
-/// Opens the port for requests, and the next one for the step counter, if that is free. If `port` is 0, chooses two that
-/// are.
+/// Opens the port for requests, and the next one for the step counter, if that is free. If `port` is 0, chooses a pair
+/// of free ports.
 fn listen(session: &Session, port: u16) -> Result<(Opened, io::Result<Opened>)> {
     let mut attempt = 1;
     loop {

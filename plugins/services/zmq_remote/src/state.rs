@@ -37,7 +37,7 @@ pub(crate) struct State {
     /// The step last sent to subscribers of the first protocol.
     pub told: Option<u64>,
     pub events: Receiver<Event>,
-    /// This is one of the last fields, so that pending requests are dropped before connections end.
+    /// Must come after the fields with pending requests, which must be dropped before connections end.
     pub _listener: Listener,
     pub counter: Option<Listener>,
 }

@@ -19,12 +19,12 @@ use std::{
 
 use tatu_services_common::port::Port;
 
-/// Most bytes of a message.
+/// Maximum size of a message, bytes.
 pub const MOST: u64 = 64 << 20;
-/// Most bytes of all waiting requests, apart from small ones.
+/// Maximum total size of all waiting requests, bytes; small ones do not count.
 const MOST_WAITING: usize = 512 << 20;
 const SMALL: usize = 64 << 10;
-/// Most connections at a time.
+/// Maximum number of simultaneous connections.
 const MOST_CONNECTIONS: usize = 256;
 /// Timeout for a peer's greeting, and for taking an answer.
 const GREETING: Duration = Duration::from_secs(5);

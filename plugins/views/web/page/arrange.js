@@ -1,5 +1,5 @@
 // @ts-check
-// Aligning, spreading and assembling what is selected.
+// Aligns, distributes and assembles the selected objects.
 
 import * as THREE from "three";
 import { isBelow, reparent, tops } from "tatu/clipboard";
@@ -23,7 +23,7 @@ function boxOf(id) {
 }
 
 /**
- * The call that moves an object by a vector of the world.
+ * Returns the call that moves an object by a vector in the world frame.
  * @param {number} id
  * @param {THREE.Vector3} by
  * @returns {[string, ...unknown[]]}
@@ -33,12 +33,12 @@ function moveCall(id, by) {
   const at = group?.position.clone() ?? new THREE.Vector3();
   const turn = group?.parent?.getWorldQuaternion(new THREE.Quaternion()) ?? new THREE.Quaternion();
   at.add(by.clone().applyQuaternion(turn.invert()));
-  // Sums of floating-point numbers leave noise that a file would show.
+  // Rounding removes noise from floating-point sums, which would appear in the scene file.
   return ["tatu.set", id, "object.position", at.toArray().map((x) => Number(x.toFixed(6)) + 0)];
 }
 
 /**
- * Moves each object by what `way` says of its box.
+ * Moves each selected object by the vector that `way` returns for its bounding box.
  * @param {string} word
  * @param {(box: THREE.Box3, i: number) => THREE.Vector3} way
  */
@@ -56,7 +56,7 @@ function along(axis, x) {
 }
 
 /**
- * Aligns to the object that was selected last: its lower side, middle or upper side.
+ * Aligns objects with the lower side, the middle or the upper side of the object that was selected last.
  * @param {Axis} axis
  * @param {number} part 0, 0.5 or 1
  */
@@ -67,13 +67,13 @@ function align(axis, part) {
   return shift("Align", (box) => along(axis, goal - side(box)));
 }
 
-/** Puts the lowest point of each object on the ground of the world. */
+/** Moves each object vertically so that its lowest point is at z = 0. */
 function ground() {
   return shift("Put down", (box) => along("z", -box.min.z));
 }
 
 /**
- * Spreads the middles of objects evenly between the outer ones.
+ * Distributes the centres of objects evenly between the outermost ones.
  * @param {Axis} axis
  */
 function spread(axis) {
@@ -86,7 +86,7 @@ function spread(axis) {
   return shift("Distribute", (box, i) => along(axis, (places.get(ids[i] ?? 0) ?? 0) - box.getCenter(new THREE.Vector3())[axis]));
 }
 
-/** Attaches what was selected last to what was selected before it, where it is. */
+/** Attaches the second selected object to the first one, without moving it. */
 function assemble() {
   const [onto, part] = selection();
   if (onto === undefined || part === undefined || isBelow(onto, part)) return;

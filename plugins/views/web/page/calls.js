@@ -1,15 +1,15 @@
 // @ts-check
-// Calls that wait for their results, by number. Nothing here needs a page.
+// Pending calls, by number. This module does not need a page.
 
 /** @import { ToPage } from "tatu/protocol" */
 
 /**
- * Why a call failed.
+ * The error of a failed call.
  * @typedef {{ error: string, help?: string }} Failure
  */
 
 /**
- * Failures as this page has them, whatever was thrown.
+ * Converts a thrown value to a failure.
  * @param {unknown} thrown
  * @returns {Failure}
  */
@@ -19,7 +19,7 @@ export function failure(thrown) {
 }
 
 /**
- * Why something was refused, for people: without the names of the commands that were called for it.
+ * Returns the text of an error for display, without the names of the commands that were called.
  * @param {unknown} thrown
  */
 export function reason(thrown) {
@@ -28,14 +28,14 @@ export function reason(thrown) {
   return help ? `${said}; ${help}` : said;
 }
 
-/** Calls that wait for their results. */
+/** Calls that have not been answered yet. */
 export class Calls {
   #last = 0;
   /** @type {Map<number, { what: string, good: (results: any[]) => void, bad: (failure: Failure) => void }>} */
   #waiting = new Map();
 
   /**
-   * A new number, and a promise of the results of the call that has it. `what` names in errors what was asked.
+   * Creates a call: returns its number, and a promise of its results. `what` is the name of the call in errors.
    * @param {string} what
    * @returns {{ id: number, results: Promise<any[]> }}
    */
@@ -46,7 +46,7 @@ export class Calls {
   }
 
   /**
-   * Settles the call that a message answers; false: it answers none.
+   * Settles the call that a message answers; returns false if there is no such call.
    * @param {ToPage} message
    */
   answer(message) {
@@ -59,23 +59,24 @@ export class Calls {
     return true;
   }
 
-  /** Refuses all calls that wait: their answers will not come over another connection. */
+  /** Rejects all pending calls, because their answers will not arrive over a new connection. */
   lose() {
     const all = [...this.#waiting.values()];
     this.#waiting.clear();
     for (const { what, bad } of all) {
-      bad({ error: `the connection was lost before the program answered ${what}`, help: "look whether it was done, and do it again if not" });
+      bad({ error: `the connection was lost before the program answered ${what}`, help: "check whether it was done, and repeat it if not" });
     }
   }
 
-  /** How many calls wait. */
+  /** The number of pending calls. */
   get size() {
     return this.#waiting.size;
   }
 }
 
 /**
- * Sends values of which only the newest matters: at most one is on the way, and the last one always arrives.
+ * Returns a function that sends values of which only the newest matters: at most one is in flight, and the last one is
+ * always sent.
  * @template T
  * @param {(value: T) => Promise<unknown>} deliver
  * @returns {(value: T) => Promise<void>} settled once nothing is left to send
@@ -93,7 +94,7 @@ export function newest(deliver) {
         try {
           await deliver(value);
         } catch (e) {
-          // What is newer may well succeed.
+          // The error is ignored if there is a newer value, which may succeed.
           if (!next) throw e;
         }
       }

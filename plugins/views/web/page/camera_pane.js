@@ -1,5 +1,5 @@
 // @ts-check
-// What cameras see, in windows: those of the scene are drawn here, vision sensors send their images.
+// Windows with camera images: images of scene cameras are rendered here, vision sensors send theirs.
 
 import * as THREE from "three";
 import { make } from "tatu/dom";
@@ -20,7 +20,7 @@ export function cameraSpec(id) {
 }
 
 /**
- * Whether an object sees something that a window can show.
+ * Returns whether an object has an image that a window can show.
  * @param {number} id
  */
 export function sees(id) {
@@ -50,13 +50,13 @@ function openCamera(spec) {
 }
 offer("camera", openCamera);
 
-/** Cameras look along their z axis with y up, those of the library against it. */
+/** Rotation between cameras of scenes, which look along +z with y up, and those of three.js, which look along -z. */
 const TURNED = new THREE.Quaternion(0, 1, 0, 0);
-/** What a camera of a scene has unless it says otherwise: its angle in degrees. */
+/** Default field of view of a scene's camera, degrees. */
 const ANGLE = 60;
 
 /**
- * A camera of the scene, drawn with each picture of the view.
+ * Creates the image of a scene camera, which is rendered together with each image of the view.
  * @param {number} id
  */
 function drawn(id) {
@@ -70,7 +70,7 @@ function drawn(id) {
     group.matrixWorld.decompose(camera.position, camera.quaternion, camera.scale);
     camera.quaternion.multiply(TURNED);
     camera.aspect = w / h;
-    // The angle is that of the longer side.
+    // The field of view applies to the longer side of the image.
     const half = Math.tan((angle * Math.PI) / 360);
     camera.fov = (360 / Math.PI) * Math.atan(w > h ? half / camera.aspect : half);
     camera.scale.setScalar(1);
@@ -97,7 +97,7 @@ const details = new Map();
 on("details", ({ object, rows }) => details.get(object)?.(rows));
 
 /**
- * A sensor that sends images.
+ * Creates the image of a sensor that sends images.
  * @param {number} id
  * @param {string} who
  */

@@ -1,5 +1,5 @@
 // @ts-check
-// What is being moved, whether by the mouse, by keys or by typed numbers: its exact poses, and how it gets to new ones.
+// Moving objects by the mouse, by keys or by typed numbers: their exact poses, and sending new ones to the program.
 
 import { newest } from "tatu/calls";
 import { edit, named, together } from "tatu/edits";
@@ -12,13 +12,13 @@ import { redraw } from "tatu/view";
 /** @import { Pose } from "tatu/geometry" */
 /** @typedef {{ world: Pose, local: Pose }} Place The pose of an object in the world, and in the frame of its parent. */
 
-/** How long a pose of this page outlasts its edit, ms: frames that are older may still be on the way. */
+/** Time for which a pose set by this page is shown after its edit, ms, because older frames may still be in flight. */
 const LATE = 200;
-/** Poses that frames must not take back. @type {Map<number, Pose>} */
+/** Poses that frames must not overwrite, by object. @type {Map<number, Pose>} */
 const held = new Map();
 
 /**
- * Where an object is; frames round poses, so the program is asked.
+ * Requests the exact pose of an object from the program, since poses in frames are rounded.
  * @param {number} id
  * @returns {Promise<Place>}
  */
@@ -27,7 +27,7 @@ export async function placeOf(id) {
   return { world, local };
 }
 
-/** The selected objects that are below no other selected one: the others move with them. */
+/** Returns the selected objects without those below another selected one, which move with it. */
 export function carried() {
   const all = new Set(selection());
   return [...all].filter((id) => {
@@ -50,13 +50,13 @@ function show(id, pose) {
 
 on("frame", () => held.forEach((pose, id) => show(id, pose)));
 
-/** Objects that move together, from where they were when it began; all that it sends is one edit. */
+/** Objects that are moved together from their initial poses; all changes form a single edit. */
 export class Carry {
   #merge = together();
   #label;
   #places;
   #send;
-  /** Where they are to be. @type {Map<number, Pose>} */
+  /** The target poses. @type {Map<number, Pose>} */
   #poses = new Map();
 
   /**
@@ -72,7 +72,7 @@ export class Carry {
   }
 
   /**
-   * Takes up objects.
+   * Starts to move objects.
    * @param {string} verb
    * @param {number[]} ids
    */
@@ -82,7 +82,7 @@ export class Carry {
   }
 
   /**
-   * Where an object was when it began.
+   * Returns the initial pose of an object.
    * @param {number} id
    */
   from(id) {
@@ -90,8 +90,8 @@ export class Carry {
   }
 
   /**
-   * Puts all objects to where a motion of the world brings them from where they were when it began; settled once the
-   * program has them there. Of what is put while an earlier one is on the way, only the last fails.
+   * Applies a motion in the world frame to the initial poses of all objects; settled once the program has applied it.
+   * If several motions are queued, only the last one can fail.
    * @param {Pose} motion
    */
   async put(motion) {
@@ -117,7 +117,7 @@ export class Carry {
   }
 
   /**
-   * Lets frames show objects again, unless they have been put elsewhere.
+   * Lets frames update objects again, unless they have been moved again in the meantime.
    * @param {Map<number, Pose>} poses
    */
   #release(poses) {

@@ -1,5 +1,5 @@
 // @ts-check
-// What is done to the selection: delete, copy, cut, paste, duplicate, attach.
+// Actions on the selection: delete, copy, cut, paste, duplicate, attach.
 
 import { edit, named, together } from "tatu/edits";
 import { line, tell } from "tatu/output";
@@ -7,11 +7,11 @@ import { groundAt, pointer } from "tatu/pointing";
 import { rights, scene, selectAll, selectWhenThere, selection, under } from "tatu/store";
 import { worldPosition } from "tatu/view";
 
-/** What was copied or cut: the tops, without what is below them. */
+/** The copied or cut objects, without those below them. */
 let held = { ids: /** @type {number[]} */ ([]), cut: false };
 
 /**
- * Whether an object is below another one.
+ * Returns whether an object is below another one in the tree.
  * @param {number} id
  * @param {number} top
  */
@@ -21,7 +21,7 @@ export function isBelow(id, top) {
 }
 
 /**
- * Without objects that are below others of these.
+ * Removes objects that are below others of the list.
  * @param {number[]} ids
  */
 export function tops(ids) {
@@ -30,14 +30,14 @@ export function tops(ids) {
 }
 
 /**
- * These objects and all that is below them, parents first.
+ * Returns these objects and all objects below them, parents first.
  * @param {number[]} ids
  */
 function whole(ids) {
   return tops(ids).flatMap(under);
 }
 
-/** Removes the selection with all that is below it. */
+/** Removes the selected objects and all objects below them. */
 export async function remove() {
   const ids = tops(selection());
   if (!rights.acts || !ids.length) return;
@@ -57,11 +57,11 @@ export function hold(cut) {
 }
 
 /**
- * Copies objects; the copies are selected.
+ * Copies objects, and selects the copies.
  * @param {string} word
  * @param {number[]} ids
- * @param {number[]} by how far, m
- * @param {number} parent of those whose own parent is not copied; 0: the world
+ * @param {number[]} by offset of the copies, m
+ * @param {number} parent of copies whose own parent is not copied; 0: the world
  */
 async function copy(word, ids, by, parent) {
   const all = whole(ids);
@@ -69,7 +69,7 @@ async function copy(word, ids, by, parent) {
   selectWhenThere(ids.map((id) => made[all.indexOf(id)]));
 }
 
-/** Puts what was copied or cut where the pointer is on the ground, or beside itself. */
+/** Pastes the copied or cut objects at the pointer's position on the ground, or next to the originals. */
 export async function paste() {
   const ids = tops(held.ids);
   const [first] = ids;
@@ -95,7 +95,7 @@ export async function paste() {
   }
 }
 
-/** Copies the selection beside itself, below the same parents. */
+/** Copies the selected objects next to themselves, with the same parents. */
 export async function duplicate() {
   const ids = tops(selection());
   if (!rights.acts || !ids.length) return;
@@ -108,7 +108,7 @@ export async function duplicate() {
 }
 
 /**
- * Hangs objects below another one, where they are.
+ * Attaches objects to another one without moving them.
  * @param {number[]} ids
  * @param {number} parent 0: the world
  */
@@ -124,7 +124,7 @@ export async function reparent(ids, parent) {
 }
 
 /**
- * Gives an object another name.
+ * Renames an object.
  * @param {number} id
  * @param {string} name
  */

@@ -1,5 +1,5 @@
 // @ts-check
-// Play, pause, step, stop; speed; time and how it passes.
+// The controls for play, pause, step and stop, the speed, and the display of time.
 
 import { get } from "tatu/dom";
 import { on, send } from "tatu/net";
@@ -49,7 +49,7 @@ on("state", (message) => {
 });
 
 /**
- * hours:minutes:seconds with hundredths.
+ * Formats a time as hours:minutes:seconds with hundredths.
  * @param {number} t
  */
 function clock(t) {
@@ -69,7 +69,7 @@ function pace(factor) {
 /** @type {{ now: number, time: number } | null} */
 let before = null;
 on("frame", (view) => {
-  // What stands begins anew.
+  // A stopped simulation is shown at time 0, from which the next run starts.
   const time = state === "stopped" ? 0 : timeOf(view);
   get("time").textContent = clock(time);
   const now = performance.now() / 1000;

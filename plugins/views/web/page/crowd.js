@@ -1,6 +1,6 @@
 // @ts-check
-// Large scenes: parts that look alike are drawn together, in one call for all of them, small ones as boxes, and those that
-// nobody could see not at all.
+// Large scenes: equal parts are drawn by instancing, distant ones as boxes, and those that are too small to be visible
+// not at all.
 
 import * as THREE from "three";
 import { lit } from "tatu/light";
@@ -9,33 +9,39 @@ import { lit } from "tatu/light";
 
 /** @typedef {THREE.Mesh<THREE.BufferGeometry, THREE.MeshLambertMaterial>} Body */
 /**
- * The group of an object: its parts, all that it consists of, and for joints what moves.
+ * The group of an object: its parts, all its own children, and for joints the group that moves.
  * @typedef {THREE.Group & { userData: { id: number, bodies: Body[], own: THREE.Object3D[], joint?: Joint, moved?: THREE.Group } }} ObjectGroup
  */
 /** @typedef {{ group: ObjectGroup, body: Body }} Placed */
 /** @typedef {Placed & { radius: number, center: THREE.Vector3, asBox: THREE.Matrix4 }} Drawn */
 /** @typedef {THREE.InstancedMesh<THREE.BufferGeometry, THREE.MeshLambertMaterial>} Together */
 
-/** From so many parts on. */
+/** Number of parts above which a scene is large. */
 export const MANY = 1500;
-/** Pixels across below which a part is a box, and below which it is left out. */
+/** Size on the screen, in pixels, below which a part is drawn as a box, and below which it is not drawn. */
 const BOX = 14;
 const NOTHING = 2.5;
 
-/** What is drawn together, and what hangs on objects meanwhile. The objects themselves are not walked by the renderer then. */
+/**
+ * The instanced meshes, and things attached to objects while instancing is used. The renderer then skips the objects
+ * themselves.
+ */
 export const crowd = new THREE.Group();
 /** @type {{ group: THREE.Object3D, thing: THREE.Object3D }[]} */
 let hanging = [];
-/** One for each form and colour: its parts, and what draws them as they are and as boxes. @type {{ parts: Drawn[], near: Together, far: Together }[]} */
+/**
+ * For each form and colour: the parts, and the meshes that draw them exactly and as boxes.
+ * @type {{ parts: Drawn[], near: Together, far: Together }[]}
+ */
 let kinds = [];
-/** Eight corners instead of twenty-four: each is work for a processor that draws. */
+/** A box with 8 vertices instead of 24, which matters for rendering in software. */
 const box = new THREE.BufferGeometry();
 box.setAttribute("position", new THREE.Float32BufferAttribute([0, 1, 2, 3, 4, 5, 6, 7].flatMap((i) => [(i & 1) - 0.5, ((i >> 1) & 1) - 0.5, (i >> 2) - 0.5]), 3));
 box.setIndex([0, 2, 1, 1, 2, 3, 4, 5, 6, 5, 7, 6, 0, 1, 4, 1, 5, 4, 2, 6, 3, 3, 6, 7, 0, 4, 2, 2, 4, 6, 1, 3, 5, 3, 7, 5]);
 const [product, frustum, sphere] = [new THREE.Matrix4(), new THREE.Frustum(), new THREE.Sphere()];
 
 /**
- * A material for boxes, whose inside nobody sees.
+ * Returns a single-sided material for boxes, whose inside is never visible.
  * @param {THREE.MeshLambertMaterial} material
  */
 function plain(material) {
@@ -56,7 +62,7 @@ function instances(geometry, material, n) {
 }
 
 /**
- * Draws all bodies of these groups together from now on.
+ * Switches to instancing for all bodies of these groups.
  * @param {THREE.Object3D} root
  * @param {Map<number, ObjectGroup>} groups
  */
@@ -93,13 +99,13 @@ export function gather(root, groups) {
   });
 }
 
-/** Whether parts are drawn together. */
+/** Returns whether instancing is used. */
 export function isLarge() {
   return kinds.length > 0;
 }
 
 /**
- * Hangs a thing on the group of an object.
+ * Attaches a thing to the group of an object.
  * @param {THREE.Object3D} group
  * @param {THREE.Object3D} thing
  */
@@ -114,7 +120,7 @@ export function hang(group, thing) {
 }
 
 /**
- * Nothing is drawn together any more.
+ * Ends the use of instancing.
  * @param {THREE.Object3D} root
  */
 export function scatter(root) {
@@ -141,7 +147,7 @@ function put(mesh, id) {
 }
 
 /**
- * Puts all parts where their objects stand, as a camera sees them in a picture of so many pixels upward.
+ * Updates the instances of all parts for a camera and an image with a height in pixels.
  * @param {THREE.PerspectiveCamera} camera
  * @param {number} height
  */
@@ -166,14 +172,14 @@ export function place(camera, height) {
     }
     for (const mesh of [near, far]) {
       mesh.instanceMatrix.needsUpdate = true;
-      // Made anew by the next click.
+      // Computed again by the next raycast.
       mesh.boundingSphere = null;
     }
   }
 }
 
 /**
- * The object that a hit of a ray means; 0: none.
+ * Returns the handle of the object that a ray has hit; 0: none.
  * @param {THREE.Intersection} hit
  * @returns {number}
  */

@@ -1,5 +1,5 @@
 // @ts-check
-// The properties of the selection in groups, with names, units and help; those that can be set are fields.
+// The properties of the selected object in groups, with names, units and help; editable ones have fields.
 
 import { get, make } from "tatu/dom";
 import { edit, named } from "tatu/edits";
@@ -17,12 +17,12 @@ import { rights, scene, selected, watch } from "tatu/store";
 /** @import { Field } from "tatu/fields" */
 /** @typedef {{ element: HTMLElement, signature: string, row: Row, field: Field, name: HTMLElement }} Line */
 
-/** How often values are brought up to date, ms. */
+/** Interval at which values are updated, ms. */
 const OFTEN = 1000;
 const rows = get("rows");
 const what = get("what");
 let shown = 0;
-/** What is shown of the object, by key. @type {Map<string, Line>} */
+/** The lines of the object's properties, by key. @type {Map<string, Line>} */
 const lines = new Map();
 /** @type {Map<string, HTMLElement>} */
 const groups = new Map();
@@ -42,7 +42,7 @@ function called(row) {
 }
 
 /**
- * The list of a group; which groups are closed is remembered.
+ * Returns the list of a group; closed groups are remembered.
  * @param {string} name
  */
 function groupNamed(name) {
@@ -73,7 +73,8 @@ async function set(id, key, value, merge) {
 }
 
 /**
- * What decides how a field is built; while it is the same, only its value changes.
+ * Returns a text of everything that determines how a field is built; as long as it does not change, only the value is
+ * updated.
  * @param {Row} row
  * @param {boolean} slides
  */
@@ -130,7 +131,7 @@ on("details", (message) => {
   const slides = message.rows.some((row) => row.key === "joint.type" && row.value === "prismatic");
   const gone = new Set(lines.keys());
   for (const row of message.rows) {
-    // Few objects have a drive.
+    // Rows about the drive are omitted for objects without one.
     if (row.key === "object.drive" && !Object.keys(row.value ?? {}).length) continue;
     gone.delete(row.key);
     const signature = signatureOf(row, slides);
@@ -153,7 +154,7 @@ on("details", (message) => {
 });
 
 let scripts = "";
-/** The scripts of the selection, each with a link that opens it. */
+/** Shows the scripts of the selected object, each with a link that opens it. */
 function listScripts() {
   const all = scene.objects.get(selected())?.scripts ?? [];
   if (JSON.stringify(all) === scripts) return;
@@ -176,7 +177,7 @@ function clear() {
   listScripts();
 }
 
-// Cameras and graphs have windows of their own.
+// A button opens the window of a camera or graph.
 const larger = make("button", { type: "button", className: "larger", textContent: "In a window", hidden: true });
 larger.prepend(icon("windows"));
 larger.onclick = () => {

@@ -1,14 +1,14 @@
 // @ts-check
-// Questions to the person, as dialogs of the page.
+// Dialogs that ask the user a question.
 
 import { make } from "tatu/dom";
 
 /**
- * Shows a dialog; a promise of the button that was chosen, "": none, by Escape.
+ * Shows a dialog; returns a promise of the chosen button, or "" if the dialog was cancelled by Escape.
  * @param {string} title
  * @param {Node[]} content
  * @param {string[]} buttons the first one is chosen by Enter
- * @param {() => void} [shown] called once the dialog is there
+ * @param {() => void} [shown] called when the dialog is visible
  * @returns {Promise<string>}
  */
 export function choose(title, content, buttons, shown) {
@@ -41,7 +41,7 @@ export function ask(title, text, buttons) {
 }
 
 /**
- * Asks for a text; a promise of it, null: the question was not answered.
+ * Asks for a text; returns a promise of it, or of null if the dialog was cancelled.
  * @param {string} title
  * @param {string} text
  * @param {string} value

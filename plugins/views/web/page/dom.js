@@ -1,8 +1,8 @@
 // @ts-check
-// Elements of the page.
+// Helper functions for DOM elements.
 
 /**
- * The element with an id, of the class that it is to have.
+ * Returns the element with an id, which must be of the given class.
  * @template {Element} [T=HTMLElement]
  * @param {string} id
  * @param {new () => T} [type]
@@ -16,7 +16,7 @@ export function get(id, type) {
 }
 
 /**
- * Makes an element with properties.
+ * Creates an element with properties.
  * @template {keyof HTMLElementTagNameMap} K
  * @param {K} tag
  * @param {Partial<HTMLElementTagNameMap[K]>} [more]

@@ -1,5 +1,5 @@
 // @ts-check
-// What a drag in the view does: turn the camera, pan or zoom, by buttons as V-REP has them.
+// Buttons that choose, as in V-REP, whether a drag in the view turns the camera, pans or zooms.
 
 import * as THREE from "three";
 import { get } from "tatu/dom";

@@ -1,5 +1,5 @@
 // @ts-check
-// What scripts draw in space, and graphs.
+// Drawing objects of scripts and of graphs in the 3-D view.
 
 import * as THREE from "three";
 import { get } from "tatu/dom";

@@ -1,12 +1,12 @@
 // @ts-check
-// Arrow keys drive the selected robot, if it declares how its wheels move it.
+// Arrow keys drive the selected robot, if it declares its drivetrain.
 
 import { get } from "tatu/dom";
 import { call } from "tatu/net";
 import { limited } from "tatu/edits";
 import { rights, scene, selected, watch } from "tatu/store";
 
-/** How fast wheels turn ahead and on the spot, rad/s: a walking pace for wheels of 20 cm. */
+/** Wheel speeds for driving ahead and for turning on the spot, rad/s: a walking pace for wheels of 20 cm. */
 const [AHEAD, TURN] = [4, 2];
 /** @type {{ [key: string]: [number, number] | undefined }} */
 const WAYS = { ArrowUp: [1, 0], ArrowDown: [-1, 0], ArrowLeft: [0, 1], ArrowRight: [0, -1] };
@@ -17,7 +17,7 @@ const pressed = new Set();
 let robot = null;
 let told = "";
 
-/** The object at or above the selected one that has a drive. */
+/** Returns the selected object, or the nearest object above it, that has a drivetrain. */
 async function find() {
   const before = robot;
   robot = null;
@@ -52,7 +52,7 @@ function steer() {
   if (!robot || now === told) return;
   told = now;
   const way = ahead * AHEAD * robot.radius;
-  // What steers turns along its way; what drives back with the wheels turned left goes round to the right.
+  // A steered robot turns only while it drives, and in reverse it turns to the other side.
   const turn = robot.type === "ackermann" ? left * way * 0.8 / robot.wheelbase : left * 2 * TURN * robot.radius / robot.track;
   call("tatu.drive", robot.id, way, 0, turn).catch(() => {});
 }

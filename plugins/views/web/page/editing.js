@@ -1,6 +1,6 @@
 // @ts-check
-// The text field of the script editor: Lua in colors, completion, errors at their line. Its libraries are loaded with the
-// first script that is opened.
+// The text field of the script editor, with syntax highlighting, completion and error markers. Its libraries are loaded
+// when the first script is opened.
 
 import { EditorState } from "@codemirror/state";
 import { EditorView, keymap, lineNumbers, highlightActiveLine, drawSelection } from "@codemirror/view";
@@ -29,7 +29,7 @@ const look = EditorView.theme({
 });
 
 /**
- * Makes a text field.
+ * Creates a text field.
  * @param {{ parent: HTMLElement, text: string, complete: (context: CompletionContext) => CompletionResult | null, save: () => void, readOnly: boolean }} what
  */
 export function textField({ parent, text, complete, save, readOnly }) {
@@ -59,7 +59,7 @@ export function markLine(view, line, message) {
 }
 
 /**
- * Takes errors away.
+ * Removes all error markers.
  * @param {EditorView} view
  */
 export function unmark(view) {

@@ -1,5 +1,5 @@
 // @ts-check
-// The script editor: which script is open, commands that complete it, saving.
+// The script editor: opening, completing and saving scripts.
 
 import { failure } from "tatu/calls";
 import { ask as question } from "tatu/dialogs";
@@ -16,13 +16,13 @@ import { resolve } from "tatu/versions";
 
 /** @type {EditorView | null} */
 let view = null;
-/** The module that has made it. @type {typeof import("tatu/editing") | null} */
+/** The module that created the text field. @type {typeof import("tatu/editing") | null} */
 let tools = null;
 /** @type {Script | null} */
 let open = null;
-/** The text that is edited, as the scene had it, and its version there. */
+/** The text of the script in the scene when it was opened or saved, and its version. */
 let base = { text: "", version: 0 };
-/** The script whose text the editor holds. */
+/** The script that is open in the editor. */
 let shown = 0;
 /** @type {Command[] | null} */
 let commands = null;
@@ -45,19 +45,19 @@ async function fill(text) {
   view?.destroy();
   view = null;
   const editing = await import("tatu/editing");
-  // Another script was opened while the libraries were loaded.
+  // Another script may have been opened while the libraries were being loaded.
   if (own !== filling) return;
   tools = editing;
   view = editing.textField({ parent: get("editor"), text, complete, save: () => { save(); }, readOnly: !rights.acts });
   view.focus();
 }
 
-/** Whether the editor holds a text that is not in the scene. */
+/** Returns whether the editor has unsaved changes. */
 function isUnsaved() {
   return rights.acts && view !== null && shown !== 0 && view.state.doc.toString() !== base.text;
 }
 
-/** Asks what becomes of an unsaved text; a promise of whether the script may be left. */
+/** Asks what to do with unsaved changes; returns a promise of whether the script may be closed. */
 async function mayLeave() {
   if (!isUnsaved() || !open) return true;
   const chosen = await question("Save the script?", `${open.name} has changes that are not in the scene.`, ["Save", "Discard", "Cancel"]);
@@ -86,7 +86,7 @@ on("script", ({ script, text, version }) => {
   if (open?.id !== script) return;
   const own = view?.state.doc.toString();
   if (view && shown === script && own !== base.text) {
-    // A text that another client has saved does not replace what is being written here.
+    // A text saved by another client does not replace unsaved changes here.
     if (own === text) base = { text, version };
     else if (version !== base.version) line("Status", `${open.name} was changed elsewhere: saving it will show both texts`, "warning");
     return;
@@ -97,14 +97,14 @@ on("script", ({ script, text, version }) => {
   fill(text);
 });
 
-// After a lost connection the text in the editor remains, and belongs to the script of the same name.
+// After a reconnection, the text in the editor remains, and belongs to the script with the same name.
 let again = false;
 on("again", () => {
   again = true;
   commands = null;
 });
 
-/** Asks for the text of the open script again if it has changed. */
+/** Requests the text of the open script again if it has changed. */
 function follow() {
   const all = [...scene.scripts, ...[...scene.objects.values()].flatMap((o) => o.scripts ?? [])];
   if (again && open) {
@@ -128,7 +128,7 @@ watch("scene", () => {
 });
 
 /**
- * Marks a line that a message names: "name:12: what is wrong".
+ * Marks the line that an error message refers to: "name:12: message".
  * @param {string} text
  */
 function mark(text) {
@@ -138,7 +138,7 @@ function mark(text) {
   tools?.markLine(view, Math.max(1, n), text);
 }
 
-/** Puts the text into the scene; a promise of whether it is there. */
+/** Saves the text to the scene; returns a promise of whether that succeeded. */
 async function save() {
   if (!view || !open || !rights.acts) return false;
   tools?.unmark(view);
@@ -146,8 +146,8 @@ async function save() {
 }
 
 /**
- * Puts a text into the scene in place of a version of the script. If another client has saved a text meanwhile, the
- * person decides.
+ * Replaces a version of a script in the scene by a text. If another client has saved a different text in the meantime,
+ * the user chooses one of the two.
  * @param {Script} script
  * @param {string} text
  * @param {number} from

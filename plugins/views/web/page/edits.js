@@ -1,6 +1,6 @@
 // @ts-check
-// Edits of the scene: each can be undone, and is named in words. Everything that changes the scene for a person goes
-// through here.
+// Edits of the scene. Each can be undone, and has a label. All changes that a user makes to the scene go through this
+// module.
 
 import { call, on } from "tatu/net";
 import { scene } from "tatu/store";
@@ -10,7 +10,7 @@ import { scene } from "tatu/store";
 /** @typedef {Omit<Messages["state"], "type" | "speed" | "dt">} Known */
 
 /**
- * What can be undone, and what is in no file, as the program said last.
+ * The state of undo and redo and of unsaved edits, as last reported by the program.
  * @type {Known}
  */
 export const known = { undo: null, redo: null, unsaved: false, file: "", on_disk: false, recovery: null, state: "stopped" };
@@ -18,7 +18,7 @@ export const known = { undo: null, redo: null, unsaved: false, file: "", on_disk
 const watchers = [];
 
 /**
- * Calls `f` when that changes.
+ * Calls `f` when the state of edits changes.
  * @param {(known: Known) => void} f
  */
 export function watchEdits(f) {
@@ -32,7 +32,7 @@ on("state", ({ undo, redo, unsaved, file, on_disk, recovery, state }) => {
 
 let limits = false;
 /**
- * Lets only scripts be changed, or everything.
+ * Sets whether only scripts may be changed.
  * @param {boolean} scriptsOnly
  */
 export function limit(scriptsOnly) {
@@ -40,37 +40,37 @@ export function limit(scriptsOnly) {
   document.body.classList.toggle("limited", limits);
 }
 
-/** Whether only scripts may be changed. */
+/** Returns whether only scripts may be changed. */
 export function limited() {
   return limits;
 }
 
 /**
- * Calls commands as one edit; a promise of a list of results for each call. Consecutive edits with the same label and
- * the same `merge`, such as those of a drag, are undone together.
- * @param {string} label what it does, in words that follow "Undo"
+ * Calls commands as one edit; returns a promise of the list of results of each call. Consecutive edits with the same
+ * label and the same `merge`, such as those of a drag, are undone together.
+ * @param {string} label description that can follow the word "Undo"
  * @param {Call[]} calls
  * @param {string} [merge]
  * @returns {Promise<any[][]>}
  */
 export async function edit(label, calls, merge = "") {
-  if (limits) throw { error: `"${label}" was not done: this exercise lets only scripts be changed`, help: "open the script of an object by a double click in the tree" };
+  if (limits) throw { error: `"${label}" was refused: in this exercise, only scripts may be changed`, help: "open the script of an object by a double click in the tree" };
   const [results] = await call("tatu.edit", label, calls, merge);
   return results;
 }
 
-/** Takes the last edit back; a promise of its label, null: there is none. */
+/** Undoes the last edit; returns a promise of its label, or of null if there is no edit to undo. */
 export async function undo() {
   return (await call("tatu.undo"))[0] ?? null;
 }
 
-/** Repeats what was undone last; a promise of its label, null: there is none. */
+/** Redoes the last undone edit; returns a promise of its label, or of null if there is no edit to redo. */
 export async function redo() {
   return (await call("tatu.redo"))[0] ?? null;
 }
 
 /**
- * Objects in words, for a label.
+ * Describes objects for a label.
  * @param {number[]} ids
  */
 export function named(ids) {
@@ -79,7 +79,7 @@ export function named(ids) {
 }
 
 let last = 0;
-/** A text for `merge` that no other edit has. */
+/** Returns a unique value for `merge`. */
 export function together() {
   return `${Date.now()} ${++last}`;
 }

@@ -1,5 +1,6 @@
 // @ts-check
-// Exercises: a task with goals that a teacher writes into a scene, what a student may change, and one file to hand in.
+// Exercises: a task with goals that a teacher adds to a scene, limits on what a student may change, and a file to hand
+// in.
 
 import { choose } from "tatu/dialogs";
 import { get, make } from "tatu/dom";
@@ -17,7 +18,7 @@ import { pack } from "tatu/zip";
 /** @typedef {{ text: string, state: "open" | "reached" | "failed", time: number }} Goal */
 /** @typedef {{ object: number, task: string, goals: string, change: string }} Exercise */
 
-/** The object that carries an exercise, and the tags of its custom data. */
+/** The object that contains an exercise, and the tags of its custom data. */
 const ALIAS = /^Exercise\d*$/;
 const TAGS = /** @type {const} */ ({ task: "exercise.task", goals: "exercise.goals", change: "exercise.change" });
 const MARKS = { open: "\u25CB", reached: "\u2713", failed: "\u2717" };
@@ -31,7 +32,7 @@ let lifted = false;
 /** @type {(() => void) | null} */
 let refresh = null;
 
-/** The goals before a run: what stands before the last colon of a line, or the line. */
+/** The goals before a run: the text before the last colon of a line, or the whole line. */
 function planned() {
   const lines = (exercise?.goals ?? "").split(/\r?\n/).map((l) => l.trim()).filter(Boolean);
   return lines.map((l) => ({ text: l.match(/^(.*):\s/)?.[1] ?? l, state: /** @type {const} */ ("open"), time: -1 }));
@@ -79,21 +80,21 @@ function openExercise() {
 }
 offer("exercise", openExercise);
 
-/** Opens the exercise of the scene, or lets one be written. */
+/** Opens the exercise of the scene, or the form for a new one. */
 export function showExercise() {
   if (exercise) openPane("exercise", {});
   else write();
 }
 
 /**
- * Text as a string of a scene file.
+ * Returns a text as a string literal of a scene file.
  * @param {string} text
  */
 const quoted = (text) => JSON.stringify(text).replace(/\u007f/g, "\\u007f");
 
 async function write() {
   if (limited()) {
-    const sure = await choose("Change the exercise?", [make("p", { textContent: "Everything in the scene can be changed until it is opened again. What is handed in tells so." })], ["Change it", "Cancel"]);
+    const sure = await choose("Change the exercise?", [make("p", { textContent: "Everything in the scene can be changed until it is opened again. The file to hand in will record this." })], ["Change it", "Cancel"]);
     if (sure !== "Change it") return;
     lifted = true;
     apply();
@@ -114,11 +115,11 @@ async function write() {
   const chosen = await choose("Exercise", content, ["Take into the scene", "Cancel"], () => task.focus());
   if (chosen !== "Take into the scene") return;
   const data = { [TAGS.task]: task.value.trim(), [TAGS.goals]: lines.value.trim(), [TAGS.change]: change.value };
-  // The person who writes it goes on building; the limits hold when the scene is opened again.
+  // The author continues to edit the scene, so the limits apply only when the scene is opened again.
   lifted = true;
   try {
     if (exercise) {
-      // Other data of the object stay.
+      // Other custom data of the object are retained.
       const [before] = await call("tatu.get", exercise.object, "object.data");
       await edit("Change exercise", [["tatu.set", exercise.object, "object.data", { ...before, ...data }]]);
     } else {
@@ -127,14 +128,14 @@ async function write() {
       const text = `format = 1\n[[object]]\nkind = "dummy"\nalias = "Exercise"\ndata = { ${entries} }\nscript = { text = ${quoted(script)} }\n`;
       await edit("Add exercise", [["tatu.add", text]]);
     }
-    // An edit is not told as a change of the scene.
+    // Edits of custom data do not trigger a scene message.
     look();
   } catch (thrown) {
     tell(thrown);
   }
 }
 
-/** Asks for the exercise of the scene. */
+/** Requests the exercise of the scene. */
 function look() {
   const carrier = [...scene.objects.values()].find((o) => ALIAS.test(o.alias));
   if (carrier) send({ type: "data", object: carrier.id });
@@ -171,7 +172,7 @@ on("event", ({ name, payload }) => {
   } else if (name === "edited") look();
 });
 
-/** Texts of scripts that were asked for. @type {Map<number, (text: string) => void>} */
+/** Pending requests for the texts of scripts. @type {Map<number, (text: string) => void>} */
 const texts = new Map();
 on("script", ({ script, text }) => {
   texts.get(script)?.(text);
@@ -179,7 +180,7 @@ on("script", ({ script, text }) => {
 });
 
 /**
- * The text of a script.
+ * Requests the text of a script.
  * @param {Script} script
  * @returns {Promise<string>}
  */
@@ -190,13 +191,13 @@ function textOf(script) {
   });
 }
 
-/** The scripts of a scene with what they belong to, without that of the exercise. */
+/** Returns the scripts of a scene with the objects that they belong to, without that of the exercise. */
 function scripts() {
   const own = [...scene.objects.values()].filter((o) => o.id !== exercise?.object);
   return [...scene.scripts, ...own.flatMap((o) => o.scripts ?? [])];
 }
 
-/** Saves what a student has done: scripts, the film and the goals of the last run. */
+/** Saves a student's work as a file: scripts, the film and the goals of the last run. */
 async function handIn() {
   const film = known.state === "stopped" ? await lastFilm() : null;
   if (!film) {

@@ -1,6 +1,6 @@
 // @ts-check
-// The field of one property: it shows the value, takes a new one, and says why one was refused. What is being typed is
-// never replaced, and the focus stays where it is.
+// The field of a property, which shows the value, accepts a new one, and shows why a value was refused. Text that is
+// being typed is never replaced, and the focus does not move.
 
 import { newest, reason } from "tatu/calls";
 import { make } from "tatu/dom";
@@ -10,17 +10,17 @@ import { link, shown } from "tatu/values";
 
 /** @import { Row } from "tatu/protocol" */
 /**
- * What a field needs to know of its property.
+ * The data that a field needs about its property.
  * @typedef {{ row: Row, name: string, unit: { text: string, factor: number }, settable: boolean,
  *   set: (value: unknown, merge?: string) => Promise<unknown> }} Property
  */
 /**
- * A field: its element, whether it needs the whole width, and how it gets a newer value.
+ * A field: its element, whether it needs the full width, and the function that updates its value.
  * @typedef {{ element: HTMLElement, wide: boolean, update: (value: unknown) => void }} Field
  */
 
 /**
- * Sets a property; `tell` gets why it was refused, or an empty text.
+ * Waits until a property has been set; `tell` gets the reason if it was refused, otherwise an empty text.
  * @param {Promise<unknown>} done
  * @param {HTMLElement} element
  * @param {(why: string) => void} tell
@@ -39,8 +39,8 @@ async function attempt(done, element, tell) {
 }
 
 /**
- * Text that is taken by Enter, with Ctrl if there may be several lines, or when it is left; Escape brings the old one
- * back.
+ * Creates a text field. Its text is accepted by Enter, by Ctrl+Enter if it may have several lines, or when the field
+ * loses the focus; Escape restores the old text.
  * @param {string} label
  * @param {(text: string) => Promise<unknown>} take
  * @param {(why: string) => void} tell
@@ -77,7 +77,7 @@ export function typed(label, take, tell, isLong = false) {
 }
 
 /**
- * Reads a number that was typed.
+ * Parses a typed number.
  * @param {string} text
  * @param {{ text: string, factor: number }} unit
  */
@@ -88,7 +88,7 @@ function number(text, unit) {
 }
 
 /**
- * Sets a property to what a slider passes: values that are already outdated are left out.
+ * Returns a function that sets a property to the values of a slider; outdated values are skipped.
  * @param {Property["set"]} set
  */
 function sliding(set) {
@@ -221,7 +221,7 @@ function fixedField({ row, unit }) {
   return {
     element, wide: formOf(row) === "table" || (Array.isArray(row.value) && row.value.length > 2),
     update: (v) => {
-      // What is the same stays, with the focus of its links.
+      // An unchanged value is not rebuilt, so that its links keep the focus.
       if (JSON.stringify(v) === known) return;
       known = JSON.stringify(v);
       const hasUnit = !isObject && unit.text && (typeof v === "number" || (Array.isArray(v) && v.length > 0));
@@ -243,9 +243,9 @@ const SETTABLE = {
 };
 
 /**
- * Makes the field of a property.
+ * Creates the field of a property.
  * @param {Property} property
- * @param {(why: string) => void} tell shows why a value was refused; an empty text: it was not
+ * @param {(why: string) => void} tell shows why a value was refused; gets an empty text if it was accepted
  * @returns {Field}
  */
 export function fieldOf(property, tell) {

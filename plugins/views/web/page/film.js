@@ -1,5 +1,5 @@
 // @ts-check
-// Plays a recording: any time of it can be seen.
+// Plays a recording, and seeks to any time in it.
 
 import { get } from "tatu/dom";
 import { say, tell } from "tatu/film_net";
@@ -19,14 +19,14 @@ import { hitAt, renderer } from "tatu/view";
 /** @import { Reading, SceneObject, ToPage } from "tatu/protocol" */
 
 /**
- * How each thing moved: times and numbers by the key of its entries.
+ * The motion of objects: times and values, by the key of their frame entries.
  * @type {Map<number, { times: number[], values: Float64Array[] }>}
  */
 const tracks = new Map();
 /** @typedef {{ time: number, message: ToPage }} Told */
-/** Messages with their times: scenes, events, drawings; readings by sensor. @type {Told[]} */
+/** Scenes, events and drawings with their times; readings are stored by sensor. @type {Told[]} */
 const scenes = [];
-/** Objects that changed otherwise than by moving. @type {{ time: number, objects: SceneObject[] }[]} */
+/** Objects with changes other than motion. @type {{ time: number, objects: SceneObject[] }[]} */
 const changes = [];
 /** @type {Told[]} */
 const events = [];
@@ -38,7 +38,7 @@ const slider = get("slider", HTMLInputElement);
 const rate = get("rate", HTMLSelectElement);
 let end = 0;
 
-// A click selects what is seen there; a drag turns the camera.
+// A click selects the object under the pointer; a drag turns the camera.
 let down = { x: 0, y: 0 };
 renderer.domElement.addEventListener("pointerdown", (e) => { down = { x: e.clientX, y: e.clientY }; });
 renderer.domElement.addEventListener("pointerup", (e) => {
@@ -103,7 +103,7 @@ function read(view) {
 }
 
 /**
- * The place of the last of `n` sorted times that is not after `t`; -1: none.
+ * Returns the index of the last of `n` sorted times that is not after `t`, or -1 if there is none.
  * @param {number} n
  * @param {number} t
  * @param {(i: number) => number | undefined} time
@@ -119,7 +119,7 @@ function last(n, t, time) {
 }
 
 /**
- * The same for what has times.
+ * Like `last`, for an array of entries with times.
  * @param {{ time: number }[]} all
  * @param {number} t
  */
@@ -129,7 +129,7 @@ let now = 0;
 let shown = { scene: -1, change: -1, drawing: -1, events: 0 };
 
 /**
- * Shows a time.
+ * Shows the recorded state at a time.
  * @param {number} time
  */
 function seek(time) {
@@ -140,7 +140,7 @@ function seek(time) {
   const anew = scene !== shown.scene || change < shown.change;
   if (whole && anew) say(whole.message);
   if (whole && (anew || change > shown.change)) {
-    // The scene that came last replaces all changes before it.
+    // The last scene before this time includes all earlier changes.
     const since = changes.slice(anew ? 0 : shown.change + 1, change + 1).filter((c) => c.time >= whole.time);
     const newest = new Map(since.flatMap((c) => c.objects).map((o) => [o.id, o]));
     if (newest.size) say({ type: "objects", objects: [...newest.values()] });
@@ -209,6 +209,6 @@ document.addEventListener("keydown", (e) => {
 read(await unpack());
 slider.max = String(end);
 seek(0);
-// For tests and for links: film.html#12.5 begins there.
+// For tests and links: film.html#12.5 starts at 12.5 s.
 const begin = Number(location.hash.slice(1));
 if (begin > 0) seek(Math.min(begin, end));

@@ -1,5 +1,5 @@
 // @ts-check
-// The connection of a film: what was recorded is told as if it came just now.
+// Replaces the connection in a film: recorded messages are delivered as if they had just arrived.
 
 /** @import { FromPage, ToPage } from "tatu/protocol" */
 /** @import { Messages } from "tatu/net" */
@@ -8,7 +8,7 @@
 const handlers = new Map();
 
 /**
- * Calls `f` with each message of a kind: the `type` of its JSON, or "frame", "mesh".
+ * Calls `f` with each message of a kind: the `type` of its JSON, or "frame" or "mesh".
  * @template {keyof Messages} K
  * @param {K} kind
  * @param {(message: Messages[K]) => void} f
@@ -20,7 +20,7 @@ export function on(kind, f) {
 }
 
 /**
- * Tells a message of a kind.
+ * Delivers a message of a kind.
  * @template {keyof Messages} K
  * @param {K} kind
  * @param {Messages[K]} message
@@ -30,7 +30,7 @@ export function tell(kind, message) {
 }
 
 /**
- * Tells a message of JSON.
+ * Delivers a JSON message.
  * @param {ToPage} message
  */
 export function say(message) {
@@ -38,7 +38,7 @@ export function say(message) {
 }
 
 /**
- * A film takes nothing.
+ * Does nothing: there is no program to send messages to.
  * @param {FromPage} _message
  */
 export function send(_message) {

@@ -1,5 +1,5 @@
 // @ts-check
-// The scripts of a film, to read.
+// Shows the scripts of a film, read-only.
 
 import { get } from "tatu/dom";
 import { on } from "tatu/net";

@@ -1,5 +1,6 @@
 // @ts-check
-// Films by a button: from the next start, or from now on during a run, until the stop; then the browser saves a page.
+// The button for films: records from the next start, or during a run from now on, until the stop; then the browser
+// saves the film as a page.
 
 import { get } from "tatu/dom";
 import { known } from "tatu/edits";
@@ -10,7 +11,7 @@ import { download } from "tatu/table";
 
 const button = get("film", HTMLButtonElement);
 let filming = false;
-/** Whether each run is filmed, as exercises ask, and the film of the last one. */
+/** Whether each run is filmed, as exercises require, and the film of the last run. */
 let always = false;
 /** @type {Blob | null} */
 let last = null;
@@ -25,7 +26,7 @@ function begin() {
   return ask({ type: "film", on: true }, "filming").catch(tell);
 }
 
-/** Ends a recording; a promise of the film, null: nothing ran. */
+/** Ends a recording; returns a promise of the film, or of null if nothing ran. */
 async function end() {
   try {
     const [page, full] = await ask({ type: "film", on: false }, "the film");
@@ -38,14 +39,14 @@ async function end() {
   }
 }
 
-/** The name of a file of this scene. @param {string} ending */
+/** Returns a file name based on that of the scene. @param {string} ending */
 export function nameFor(ending) {
   const name = known.file.split(/[\\/]/).pop()?.replace(/\.\w+$/, "") || "scene";
   return `${name}${ending}`;
 }
 
 /**
- * Films each run from now on, for `lastFilm`, or none.
+ * Sets whether each run is filmed from now on, for `lastFilm`.
  * @param {boolean} is
  */
 export function filmAlways(is) {
@@ -55,10 +56,10 @@ export function filmAlways(is) {
   else if (!filming) end();
 }
 
-/** What is being done with a film that has just ended. */
+/** Settled when the film that has just ended has been processed. */
 let finishing = Promise.resolve();
 
-/** The film of the last run of those that are always filmed; a promise of null: there is none. */
+/** Returns a promise of the film of the last run if each run is filmed, or of null if there is none. */
 export async function lastFilm() {
   await finishing;
   return last;
@@ -91,7 +92,7 @@ button.onclick = async () => {
 };
 on("event", ({ name }) => { if (name === "stopped" && (filming || always)) finishing = finish(); });
 watch("scene", () => { if (scene.another) last = null; });
-// The program forgets what was asked for over a connection that is lost.
+// The program forgets requests when the connection is lost.
 on("again", () => {
   filming = false;
   mark();

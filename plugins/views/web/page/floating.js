@@ -1,22 +1,23 @@
 // @ts-check
-// Windows in the view: moved by their title, sized at their corner, closed. The one touched last is in front.
+// Windows in the view, which can be moved by their title, resized at their corner, and closed. The one that was last
+// used is in front.
 
 import { get, make } from "tatu/dom";
 
 /**
- * A window, and the element for what it shows.
+ * A window, and the element for its content.
  * @typedef {{ box: HTMLElement, bar: HTMLElement, title: HTMLElement, body: HTMLElement, close: () => void }} Floating
  */
 
 const host = get("view");
-/** Pixels that a key moves a window. */
+/** Distance by which a key moves a window, pixels. */
 const STEP = 16;
-/** Pixels between new windows and the edges of the view. */
+/** Distance between new windows and the edges of the view, pixels. */
 const EDGE = 10;
 let front = 2;
 
 /**
- * Keeps a window within reach.
+ * Moves a window to a position, clamped so that it can always be reached.
  * @param {HTMLElement} box
  * @param {number} x
  * @param {number} y
@@ -27,7 +28,8 @@ function put(box, x, y) {
 }
 
 /**
- * Where a new window covers no other one: at the right, then further to the left; else a little beside the last one.
+ * Returns a position at which a new window covers no other one: at the right, or further to the left; if there is none,
+ * with a small offset from the last window.
  * @param {HTMLElement} box
  */
 function room(box) {
@@ -46,7 +48,7 @@ function room(box) {
 }
 
 /**
- * Lets a window be moved by its title. Keys and clicks in it are not for the view behind it.
+ * Makes a window movable by its title. Keys and clicks in it do not reach the view behind it.
  * @param {HTMLElement} box
  * @param {HTMLElement} bar
  * @param {() => void} [moved]
@@ -70,7 +72,7 @@ export function movable(box, bar, moved = () => {}) {
 const WAYS = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1] };
 
 /**
- * Opens a window of the page. Where it was last, and how large, is remembered under `key`.
+ * Opens a window of the page. Its last position and size are remembered under `key`.
  * @param {{ key: string, title: string, width: number, height?: number, closed: () => void }} what
  * @returns {Floating}
  */
@@ -120,7 +122,7 @@ export function floating({ key, title: text, width, height, closed }) {
   return { box, bar, title, body, close };
 }
 
-// A smaller view keeps its windows whole, if they fit.
+// When the view shrinks, windows are moved so that they remain completely visible if they fit.
 new ResizeObserver(() => {
   if (!host.clientWidth) return;
   for (const box of host.querySelectorAll(".pane")) {

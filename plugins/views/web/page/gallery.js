@@ -1,5 +1,5 @@
 // @ts-check
-// The gallery of scenes, to open one.
+// The gallery of scenes, in which a scene is opened.
 
 import { failure } from "tatu/calls";
 import { get, make } from "tatu/dom";
@@ -16,7 +16,7 @@ const files = get("files");
 const find = get("find-scene", HTMLInputElement);
 
 export function browse() {
-  // The list shows the open scene as it looks now.
+  // The picture of the open scene is updated first.
   sendPicture();
   send({ type: "files" });
   find.value = "";
@@ -24,9 +24,9 @@ export function browse() {
 }
 
 /**
- * Opens a scene, once nothing is lost by it.
+ * Opens a scene after asking about unsaved changes.
  * @param {string} file
- * @param {boolean} [asked] whether the person was asked about unsaved changes
+ * @param {boolean} [asked] whether the user was already asked about unsaved changes
  */
 export async function openScene(file, asked = false) {
   sendPicture();
@@ -41,7 +41,7 @@ export async function openScene(file, asked = false) {
 }
 
 /**
- * What people call a scene: the name of its file; the demonstration of a model is named after the model.
+ * Returns the displayed name of a scene: the name of its file, or that of the model for the demo of a model.
  * @param {string} file
  */
 function title(file) {
@@ -66,7 +66,7 @@ function card({ file, about, try: toTry, picture }) {
 }
 
 /**
- * A heading and its cards.
+ * Shows a heading and its cards.
  * @param {string} name
  * @param {SceneFile[]} all
  */
@@ -92,7 +92,7 @@ on("files", ({ files: all, folder }) => {
   sift();
 });
 
-/** Shows the cards that contain each word that is looked for. */
+/** Shows only the cards that contain all words of the search text. */
 function sift() {
   const words = find.value.toLowerCase().split(/\s+/);
   let any = false;

@@ -1,5 +1,5 @@
 // @ts-check
-// Positions and turns as people read and type them. Nothing here needs a page.
+// Positions and rotations, and their conversion for display and input. This module does not need a page.
 
 /** @typedef {[number, number, number]} Vec3 */
 /** @typedef {[number, number, number, number]} Quat x y z w */
@@ -7,20 +7,20 @@
 const DEG = 180 / Math.PI;
 
 /**
- * The nearest multiple of a step; a step of 0 leaves the number as it is.
+ * Rounds to a multiple of a step; a step of 0 leaves the number unchanged.
  * @param {number} x
  * @param {number} step
  */
 export function snap(x, step) {
   if (!(step > 0)) return x;
   const n = Math.round(x / step) * step;
-  // Without the digits that the multiplication adds: 3 * 0.1 is 0.30000000000000004.
+  // Removes rounding noise of the multiplication: 3 * 0.1 is 0.30000000000000004.
   return Number(n.toPrecision(12)) + 0;
 }
 
 /**
- * A quaternion as intrinsic rotations about x, then y, then z, in degrees, as scene files have them. Where x and z turn
- * about the same axis, x is 0.
+ * Converts a quaternion to intrinsic rotations about x, then y, then z, in degrees, as in scene files. In gimbal lock,
+ * x is 0.
  * @param {Quat} q need not have length 1
  * @returns {Vec3}
  */
@@ -40,7 +40,7 @@ export function toDegrees(q) {
 }
 
 /**
- * The quaternion of angles in degrees about x, y and z; the inverse of `toDegrees`.
+ * Converts angles in degrees about x, y and z to a quaternion; the inverse of `toDegrees`.
  * @param {Vec3} degrees
  * @returns {Quat}
  */
@@ -57,7 +57,7 @@ function wrap(degrees) {
 }
 
 /**
- * Angles without the noise of their last digits, and without a negative zero.
+ * Rounds angles to remove floating-point noise and negative zeros.
  * @param {Vec3} angles
  * @returns {Vec3}
  */
@@ -88,7 +88,7 @@ export function rotationOf([, , , x, y, z, w]) {
 }
 
 /**
- * The product of two rotations; the second one acts first.
+ * Returns the product of two rotations; the second one is applied first.
  * @param {Quat} a
  * @param {Quat} b
  * @returns {Quat}
@@ -151,7 +151,7 @@ export function cross([a, b, c], [x, y, z]) {
 }
 
 /**
- * A pose given in the frame of another one, in the frame of that one.
+ * Composes two poses: `inner` is relative to `outer`.
  * @param {Pose} outer
  * @param {Pose} inner
  * @returns {Pose}
@@ -173,7 +173,7 @@ export function inverse(pose) {
 /** @typedef {"world" | "parent" | "own"} Frame whose axes are meant */
 
 /**
- * The pose in the world of the frame whose axes are meant.
+ * Returns the world pose of the frame whose axes are used.
  * @param {Frame} frame
  * @param {{ world: Pose, local: Pose }} of the pose of an object in the world, and in the frame of its parent
  * @returns {Pose}
@@ -184,7 +184,7 @@ export function frameOf(frame, { world, local }) {
 }
 
 /**
- * The motion of the world that shifts everything along the axes of a frame.
+ * Returns the motion in the world frame that translates everything along the axes of a frame.
  * @param {Pose} frame
  * @param {Vec3} by
  * @returns {Pose}
@@ -194,10 +194,10 @@ export function shift(frame, by) {
 }
 
 /**
- * The motion of the world that turns everything about a point, by a rotation that is given in a frame.
+ * Returns the motion in the world frame that rotates everything about a point, by a rotation given in another frame.
  * @param {Pose} frame
  * @param {Quat} by
- * @param {Vec3} about in the world
+ * @param {Vec3} about the point in the world frame
  * @returns {Pose}
  */
 export function spin(frame, by, about) {
@@ -206,7 +206,7 @@ export function spin(frame, by, about) {
 }
 
 /**
- * The pose of an object in the frame of its parent after a motion of the world.
+ * Returns the pose of an object in the frame of its parent after a motion in the world frame.
  * @param {Pose} motion
  * @param {{ world: Pose, local: Pose }} from
  * @returns {Pose}
@@ -214,14 +214,14 @@ export function spin(frame, by, about) {
 export function moved(motion, { world, local }) {
   const [x, y, z, ...q] = compose(compose(local, inverse(world)), compose(motion, world));
   const length = Math.hypot(...q) || 1;
-  // Without the last digits: what is put at 0.6 is at 0.6.
+  // Removes floating-point noise, so that an object placed at 0.6 is exactly at 0.6.
   const one = (/** @type {number} */ a) => Math.round(a * 1e12) / 1e12 + 0;
   const [a, b, c, d] = q;
   return [one(x), one(y), one(z), one(a / length), one(b / length), one(c / length), one(d / length)];
 }
 
 /**
- * A rotation about one axis.
+ * Returns a rotation about one axis.
  * @param {number} axis 0 to 2
  * @param {number} degrees
  */
@@ -235,10 +235,10 @@ export function about(axis, degrees) {
 /** @typedef {{ axis: number, sign: number }} Way along an axis, ahead or back */
 
 /**
- * The horizontal axes of a frame that are nearest to what is across and away on the screen.
+ * Returns the horizontal axes of a frame that are closest to the right and to the viewing direction on the screen.
  * @param {Quat} frame the rotation of the frame in the world
- * @param {Vec3} right what is to the right on the screen
- * @param {Vec3} away what is up on the screen or farther away
+ * @param {Vec3} right the direction to the right on the screen
+ * @param {Vec3} away the direction that is up on the screen or away from the camera
  * @returns {{ across: Way, ahead: Way }}
  */
 export function screenAxes(frame, right, away) {
@@ -252,14 +252,14 @@ export function screenAxes(frame, right, away) {
 }
 
 /**
- * A scan as triangles from the sensor to neighbouring beams. Beams come layer after layer, each in the order of its
- * angles, so a layer ends where the angle jumps back; layers are not joined.
+ * Converts a scan to triangles between the sensor and neighbouring beams. Beams are ordered by layer, and by angle
+ * within a layer, so a layer ends where the angle jumps back; layers are not joined.
  * @param {{ distance: (number | null)[], angle: number[], elevation?: number[], range?: number }} scan
  * @returns {{ points: number[], index: number[] }} three numbers for each point, the sensor first
  */
 export function fan({ distance, angle, elevation, range }) {
   const longest = distance.reduce((/** @type {number} */ most, d) => Math.max(most, d ?? 0), 0);
-  // A scanner without a limit has beams of some length that are seen to go on.
+  // Beams without a hit of a scanner with unlimited range are drawn with a fixed length.
   const free = range ?? (longest || 10);
   const points = [0, 0, 0];
   /** @type {number[]} */
@@ -273,7 +273,7 @@ export function fan({ distance, angle, elevation, range }) {
 }
 
 /**
- * The principal moments of an inertia, and its principal axes, right-handed, by rotations of Jacobi.
+ * Computes the principal moments of an inertia matrix and its right-handed principal axes, by Jacobi rotations.
  * @param {number[]} inertia nine numbers by rows
  * @returns {{ moments: Vec3, axes: [Vec3, Vec3, Vec3] }}
  */

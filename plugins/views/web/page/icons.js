@@ -1,5 +1,5 @@
 // @ts-check
-// The icons of the page, on a grid of 24: lines of the color of the text, or filled.
+// The icons of the page, on a 24 x 24 grid, stroked or filled in the text color.
 
 const FILLED = new Set(["play", "pause", "step", "stop"]);
 /** @type {{ [name: string]: string }} */
@@ -48,7 +48,7 @@ const PATHS = {
 const SVG = "http://www.w3.org/2000/svg";
 
 /**
- * Makes an icon; an unknown name is an empty one.
+ * Creates an icon, which is empty if the name is unknown.
  * @param {string} name
  */
 export function icon(name) {

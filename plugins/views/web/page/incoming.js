@@ -1,6 +1,6 @@
 // @ts-check
-// Files that come from outside: dropped on the page, or chosen. A folder, several files or an archive come together, and
-// the scene among them is opened.
+// Files that are dropped on the page or chosen in a dialog. The files of a folder, a selection or an archive are sent
+// together, and the scene among them is opened.
 
 import { choose } from "tatu/dialogs";
 import { get, make } from "tatu/dom";
@@ -14,15 +14,15 @@ import { unzip } from "tatu/zip";
 
 /** @typedef {{ name: string, file: File }} Incoming The name has the folders that it is in. */
 
-/** What a folder is searched for; other files are left behind. */
+/** Extensions of files that are taken from a folder; other files are ignored. */
 const TAKEN = /\.(toml|ttt|ttm|urdf|xacro|lua|obj|mtl|stl|ply|dae|png|jpe?g|svg|csv|json|txt|md)$/i;
 const SCENE = /\.(toml|ttt|urdf)$/i;
 const ALONE = /\.(toml|ttt|ttm|urdf)$/i;
-/** Most files that come together. */
+/** Maximum number of files that are sent together. */
 const MOST = 1000;
 
 /**
- * The files below a dropped entry.
+ * Returns all files below a dropped entry.
  * @param {FileSystemEntry} entry
  * @param {string} above
  * @returns {Promise<Incoming[]>}
@@ -38,7 +38,7 @@ async function below(entry, above) {
   const all = [];
   for (;;) {
     const some = await new Promise((/** @type {(entries: FileSystemEntry[]) => void} */ good, bad) => reader.readEntries(good, bad));
-    // A folder is told in portions.
+    // Entries of a folder are returned in batches.
     if (!some.length) return all;
     for (const one of some) if (!one.name.startsWith(".")) all.push(...await below(one, `${name}/`));
     if (all.length > MOST) throw { error: `\`${entry.name}\` has more than ${MOST} files` };
@@ -57,7 +57,8 @@ async function unpacked(files) {
 }
 
 /**
- * The scene among files: the outermost one that is no part of a model; the person chooses among several.
+ * Returns the scene among files: the one with the shortest path that is not part of a model; the user chooses if there
+ * are several.
  * @param {string[]} names
  */
 async function sceneOf(names) {
@@ -67,7 +68,7 @@ async function sceneOf(names) {
   const outer = scenes.filter((name) => depth(name) === least);
   const named = outer.filter((name) => /(^|\/)scene\.toml$/i.test(name));
   if (named.length === 1 || outer.length < 2) return named[0] ?? outer[0] ?? null;
-  const chosen = await choose("Which scene is opened?", [make("p", { textContent: "There are several." })], [...outer, "Cancel"]);
+  const chosen = await choose("Which scene should be opened?", [make("p", { textContent: "There are several scenes." })], [...outer, "Cancel"]);
   return outer.includes(chosen) ? chosen : null;
 }
 
@@ -78,13 +79,13 @@ async function sceneOf(names) {
 async function takeTogether(all, title) {
   const files = all.filter(({ name }) => TAKEN.test(name));
   if (files.length > MOST) throw { error: `${title} has more than ${MOST} files` };
-  // A folder that contains all the others says nothing.
+  // A top-level folder that contains everything is removed from the paths.
   const parts = files.map(({ name }) => name.split("/"));
   const first = parts[0]?.[0] ?? "";
   const inOne = parts.every((p) => p.length > 1 && p[0] === first);
   const names = parts.map((p) => (inOne ? p.slice(1) : p).join("/"));
   const wanted = await sceneOf(names);
-  if (wanted === null) throw { error: `${title} was not taken: there is no scene in it`, help: "a scene ends with .toml, .ttt or .urdf" };
+  if (wanted === null) throw { error: `${title} cannot be opened: it contains no scene`, help: "names of scene files end with .toml, .ttt or .urdf" };
   if (!(await mayLeave())) return;
   const plain = (inOne ? first : title).replace(/\.zip$/i, "").replace(/[^\p{L}\p{N} ._()+-]/gu, "_").replace(/^\.+/, "");
   const [folder] = await ask({ type: "folder", name: plain || "scene" }, `the folder ${title}`);
@@ -99,7 +100,7 @@ async function takeTogether(all, title) {
 }
 
 /**
- * A model on its own comes into the scene that is open, anything else is opened.
+ * Adds a single model to the open scene; opens anything else.
  * @param {Incoming} incoming
  */
 async function takeOne({ name, file }) {
@@ -126,7 +127,7 @@ async function take(files) {
 document.addEventListener("dragover", (e) => { if (rights.acts) e.preventDefault(); });
 document.addEventListener("drop", async (e) => {
   e.preventDefault();
-  // The entries are there only during the event.
+  // The entries are available only during the event.
   const entries = [...(e.dataTransfer?.items ?? [])].flatMap((item) => item.webkitGetAsEntry() ?? []);
   try {
     take((await Promise.all(entries.map((entry) => below(entry, "")))).flat());

@@ -1,5 +1,5 @@
 // @ts-check
-// Sliders for the joints of the selection: of a joint itself, or of all joints of a model.
+// Sliders for the selected joint, or for all joints of the selected model.
 
 import { newest, reason } from "tatu/calls";
 import { get, make } from "tatu/dom";
@@ -12,14 +12,15 @@ import { rights, scene, select, selected, watch } from "tatu/store";
 
 /** @import { SceneObject } from "tatu/protocol" */
 /**
- * A joint with its slider: the range of it in rad or m, where it was when it was selected, and where it is.
+ * A joint with its slider: its range in rad or m, its position when it was selected, and its current position.
  * @typedef {{ id: number, alias: string, unit: { text: string, factor: number }, range: [number, number], began: number, now: number,
- *   slider: HTMLInputElement, field: { element: HTMLElement, update: (text: string) => void }, live: HTMLElement, sliding: string }} Slid
+ *   slider: HTMLInputElement, field: { element: HTMLElement, update: (text: string) => void }, live: HTMLElement,
+ * sliding: string }} Slid
  */
 
-/** Ranges of joints without limits: half a turn to each side, and a metre. */
+/** Ranges of joints without limits: half a turn to each side, rad, and a metre to each side, m. */
 const FREE = { turns: Math.PI, slides: 1 };
-/** How often velocities are asked for, ms. */
+/** Interval at which velocities are requested, ms. */
 const OFTEN = 500;
 
 const panel = make("details", { className: "group-of-rows joints", open: localStorage.getItem("tatu joints") !== "", hidden: true });
@@ -37,7 +38,7 @@ let joints = new Map();
 let isStopped = true;
 
 /**
- * The joints that belong to the selection.
+ * Returns the joints of the selection.
  * @returns {SceneObject[]}
  */
 function wanted() {
@@ -54,7 +55,7 @@ function wanted() {
 }
 
 /**
- * A property, or null: it has none at the moment.
+ * Returns a promise of a property, or of null if it has no value at the moment.
  * @param {number} id
  * @param {string} key
  */
@@ -63,8 +64,9 @@ async function read(id, key) {
 }
 
 /**
- * The calls that bring a joint to a position. Under position control a running simulation gets it as a target; while
- * it is stopped, the joint is put there, and stays there after the start.
+ * Returns the calls that move a joint to a position. If the joint is under position control, a running simulation gets
+ * the position as the target; a stopped one gets it as the position, too, so that the joint stays there after the
+ * start.
  * @param {number} id
  * @param {number} to
  * @returns {Promise<[string, ...unknown[]][]>}
@@ -134,14 +136,14 @@ async function slid(o) {
   return j;
 }
 
-/** Which joints have sliders, in one text. */
+/** The joints that have sliders, as a text for comparison. */
 let known = "";
 /** @param {SceneObject[]} all */
 function told(all) {
   return JSON.stringify(all.map((j) => [j.id, j.alias, j.joint]));
 }
 
-/** The number of the selection for which the panel is made: what is asked for an older one comes too late. */
+/** Serial number of the selection that the panel shows; answers for an older selection are ignored. */
 let made = 0;
 async function build() {
   const own = ++made;
@@ -180,7 +182,7 @@ reset.onclick = async () => {
   }
 };
 
-/** Asks for velocities and efforts. */
+/** Requests velocities and efforts. */
 function ask() {
   if (panel.hidden || !panel.open || document.hidden || !rights.acts) return;
   for (const j of joints.values()) {
@@ -205,7 +207,7 @@ on("frame", (view) => {
   });
 });
 watch("selected", build);
-/** The limits of the joint that is selected, in one text. */
+/** The limits of the selected joint, as a text for comparison. */
 let limits = "";
 on("details", ({ object, rows }) => {
   if (!joints.has(object)) return;

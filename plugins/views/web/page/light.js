@@ -1,15 +1,15 @@
 // @ts-check
-// Light, sky and floor, as the pictures of `tatu look` have them: one lamp, light from the sky and from the ground, a little
-// from the eye, and haze towards the horizon. The numbers are those of core/render/src/light.rs.
+// Light, sky and floor as in pictures of `tatu look`: a directional lamp, ambient light from the sky and the ground, a
+// weak light at the camera, and haze towards the horizon. The values are those of core/render/src/light.rs.
 
 import * as THREE from "three";
 
-/** Towards the lamp. */
+/** Direction towards the lamp. */
 export const LAMP = new THREE.Vector3(0.3, -0.6, 1).normalize();
 const dark = matchMedia("(prefers-color-scheme: dark)");
-/** Colors of the sky, linear; they follow the theme. */
+/** Colors of the sky, linear RGB; they depend on the theme. */
 const sky = { tatuHorizon: { value: new THREE.Color() }, tatuZenith: { value: new THREE.Color() } };
-/** Height of the floor that is drawn for a scene without one; what lies on it has its lines, too. */
+/** Height of the floor of a scene without its own, m; the grid lines also appear on surfaces at that height. */
 const floorHeight = { value: 0 };
 /** Ratio of the camera's field of view to the usual one, which scales distances of the haze in parallel projection. */
 export const zoom = { value: 1 };
@@ -22,7 +22,7 @@ function paint() {
 paint();
 
 /**
- * Calls `f` after the theme has changed.
+ * Calls `f` when the theme has changed.
  * @param {() => void} f
  */
 export function onTheme(f) {
@@ -48,8 +48,8 @@ varying vec3 vTatuAt;
 uniform vec3 tatuHorizon;
 uniform float tatuFloor, tatuZoom;
 
-// How much a grid of lines darkens a point: lines that are narrower than a pixel are fainter, and fade where they would be
-// too close together.
+// Computes how much the grid lines darken a point: lines narrower than a pixel are fainter, and lines too close
+// together fade out.
 float tatuLines(vec2 p, vec2 reach, float spacing, float width, float strength) {
   vec2 off = abs(p - round(p / spacing) * spacing);
   vec2 covered = max(min(off + reach / 2.0, vec2(width / 2.0)) - max(off - reach / 2.0, vec2(-width / 2.0)), 0.0) / reach;
@@ -100,7 +100,8 @@ function compile(shader) {
 }
 
 /**
- * A material of the scene. With `many`, for large scenes, it has no lines of the floor.
+ * Returns a material for objects of the scene. With `many`, for large scenes, it does not draw the grid lines of the
+ * floor.
  * @param {THREE.MeshLambertMaterialParameters} parameters
  */
 export function lit(parameters, many = false) {
@@ -110,7 +111,7 @@ export function lit(parameters, many = false) {
   return material;
 }
 
-/** The sky, behind everything. */
+/** The sky dome, behind everything. */
 export const dome = new THREE.Mesh(
   new THREE.BoxGeometry(2, 2, 2),
   new THREE.ShaderMaterial({
@@ -138,12 +139,12 @@ export const dome = new THREE.Mesh(
 dome.frustumCulled = false;
 dome.renderOrder = -1;
 
-/** Half the side of what stands for an endless plane, m: the haze hides its edge. */
+/** Half the side of the square that represents an infinite plane, m: the haze hides its edge. */
 const REACH = 2048;
 
 /**
- * An endless plane: its triangles are small in the middle, where things lie on it, because depths within a large triangle
- * are rounded so much that thin things would flicker.
+ * The geometry of an infinite plane. Its triangles are small in the middle, where objects are, because rounding errors
+ * of depths within a large triangle would make thin objects on it flicker.
  */
 export function endless() {
   const side = [0];
@@ -166,12 +167,12 @@ export function endless() {
   return Object.assign(geometry, { type: "PlaneGeometry" });
 }
 
-/** The floor of a scene that has none. */
+/** The floor that is drawn for a scene without one. */
 export const floor = new THREE.Mesh(endless(), lit({ color: new THREE.Color(0.42, 0.42, 0.42) }));
 floor.receiveShadow = true;
 
 /**
- * Lays the floor at a height; `shown` as long as the scene has no plane.
+ * Sets the height of the floor, m, and whether it is visible, which depends on whether the scene has a plane.
  * @param {number} height
  * @param {boolean} shown
  */

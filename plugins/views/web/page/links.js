@@ -1,5 +1,5 @@
 // @ts-check
-// What an address asks for behind its `#`: select=NAME, script, play; joined by `&`.
+// Executes the actions in the fragment of the address: select=NAME, script, play, separated by `&`.
 
 import { send } from "tatu/net";
 import { openScript } from "tatu/editor";

@@ -1,5 +1,5 @@
 // @ts-check
-// The camera by buttons and keys: all or a selection, standard views, parallel projection, following a robot.
+// Controls the camera by buttons and keys: fitting the view, standard views, parallel projection, following a robot.
 
 import * as THREE from "three";
 import { get, make } from "tatu/dom";
@@ -15,14 +15,14 @@ export function fitSelection() {
 }
 get("fit").onclick = fitSelection;
 
-/** Directions to the camera, by the key of a view. A view from above is turned so that y is up. */
+/** Directions to the camera, by the key of a view. In the view from above, y points up on the screen. */
 const VIEWS = /** @type {const} */ ({
   1: ["Front", [1, 0, 0]], 2: ["Back", [-1, 0, 0]], 3: ["Left", [0, 1, 0]], 4: ["Right", [0, -1, 0]],
   5: ["Top", [0, -1e-4, 1]], 6: ["Bottom", [0, -1e-4, -1]], 7: ["Corner", [-0.55, -0.65, 0.5]],
 });
 
 /**
- * Looks at the same point, from as far, in another direction.
+ * Moves the camera to another direction from the point it looks at, at the same distance.
  * @param {readonly [number, number, number] | readonly number[]} direction
  */
 function lookAlong(direction) {
@@ -33,7 +33,7 @@ function lookAlong(direction) {
   redraw();
 }
 
-// A parallel projection is the same camera from far away.
+// Parallel projection is approximated by a distant camera with a narrow field of view. Angles in degrees.
 const WIDE = 50;
 const NARROW = 1.5;
 const flat = get("flat");
@@ -50,11 +50,11 @@ flat.onclick = () => {
   redraw();
 };
 
-// Follow: the camera keeps its place beside the object and turns with it.
+// Follow: the camera keeps its position relative to the object, and turns with its heading.
 const follow = get("follow");
 /** @type {{ at: THREE.Vector3, heading: number } | null} */
 let last = null;
-/** The object that is followed, even if another one is selected meanwhile. */
+/** The followed object, which does not change if another one is selected. */
 let followed = 0;
 /** @param {boolean} is */
 function setFollow(is) {
@@ -67,7 +67,7 @@ watch("scene", () => { if (followed && !groups.has(followed)) setFollow(false); 
 
 const ahead = new THREE.Vector3();
 /**
- * Which way an object looks, on the floor; that of a thing whose x axis stands upright does not matter.
+ * Returns the heading of an object's x axis, rad, or `before` if the axis is nearly vertical.
  * @param {THREE.Object3D} object
  * @param {number} before
  */
@@ -96,7 +96,7 @@ on("frame", () => {
   } else last = null;
 });
 
-// A double click looks at the point that is seen there.
+// A double click centres the view on the point under the pointer.
 renderer.domElement.addEventListener("dblclick", (e) => {
   const hit = hitAt(e);
   if (!hit) return;
@@ -107,12 +107,12 @@ renderer.domElement.addEventListener("dblclick", (e) => {
   redraw();
 });
 
-/** Angle of a step of the camera, rad, and the parts of its distance by which it moves and comes closer. */
+/** Steps of the camera: angle, rad; translation, as a fraction of the view's height; factor of the distance. */
 const STEP = Math.PI / 24;
 const PAN = 0.06;
 const CLOSER = 1.15;
 /**
- * Turns, moves or brings closer the camera: with Alt, so that no key of the simulation is taken.
+ * Turns, moves or zooms the camera. These keys require Alt, so that they do not conflict with keys of the simulation.
  * @param {KeyboardEvent} e
  */
 function byKey(e) {

@@ -1,5 +1,5 @@
 // @ts-check
-// The banner that says why there is no connection, and what to do.
+// The banner that explains why there is no connection, and what to do.
 
 import { get } from "tatu/dom";
 import { on } from "tatu/net";
@@ -13,7 +13,7 @@ const WHY = {
 };
 
 on("lost", (why) => {
-  // Screen readers read each new text.
+  // The text is only set if it has changed, because screen readers read each new text.
   if (banner.textContent !== WHY[why]) banner.textContent = WHY[why];
   banner.hidden = false;
 });

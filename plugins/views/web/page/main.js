@@ -1,5 +1,5 @@
 // @ts-check
-// Puts the parts of the page together.
+// Loads the modules of the page.
 
 import { connect } from "tatu/net";
 import "tatu/store";

@@ -1,5 +1,5 @@
 // @ts-check
-// A menu at a place of the page.
+// A context menu.
 
 import { make } from "tatu/dom";
 
@@ -7,7 +7,7 @@ import { make } from "tatu/dom";
 
 /** @type {HTMLElement | null} */
 let open = null;
-/** What had the focus before. @type {Element | null} */
+/** The element that had the focus before. @type {Element | null} */
 let before = null;
 
 function close() {

@@ -1,5 +1,5 @@
 // @ts-check
-// Moving and turning what is selected, by arrows and rings in the view.
+// Moves and turns the selection by a gizmo with arrows and rings in the view.
 
 import * as THREE from "three";
 import { TransformControls } from "three/gizmo";
@@ -18,19 +18,19 @@ import { camera, controls, redraw, renderer, stage } from "tatu/view";
 /** @import { Frame, Pose, Quat, Vec3 } from "tatu/geometry" */
 /** @typedef {"translate" | "rotate"} Mode */
 
-/** What moving does: "" is nothing; whose axes are meant; the only axis that is free, -1: all are. */
+/** The mode, "" for none; the frame whose axes are used; the only free axis, or -1 if all are free. */
 export const how = {
   mode: /** @type {Mode | ""} */ (""),
   frame: /** @type {Frame} */ ("world"),
   only: -1,
 };
-/** What edits are called. */
+/** Verbs in the labels of edits. */
 export const VERB = { translate: "Move", rotate: "Turn" };
 
 /** @type {(() => void)[]} */
 const watchers = [];
 /**
- * Calls `f` when `how` or what is moved changes.
+ * Calls `f` when `how` or the moved object changes.
  * @param {() => void} f
  */
 export function watchHow(f) {
@@ -43,7 +43,7 @@ export function setHow(change) {
   hold();
 }
 
-/** The object whose axes are meant, if something is being moved; else 0. */
+/** Returns the object whose axes are used if a mode is active; otherwise 0. */
 export function pivot() {
   return how.mode && rights.acts && !limited() && groups.has(selected()) ? selected() : 0;
 }
@@ -53,7 +53,7 @@ export function report(thrown) {
   line("Status", reason(thrown), "error");
 }
 
-// The gizmo hangs on a handle in the chosen frame, since it knows no frame of a parent.
+// The gizmo is attached to a handle in the chosen frame, since it does not support the frame of a parent.
 const anchor = new THREE.Group();
 const handle = new THREE.Object3D();
 anchor.add(handle);
@@ -64,7 +64,7 @@ stage.add(anchor, gizmo.getHelper());
 const buttons = [["translate", get("move")], ["rotate", get("turn")]];
 
 /**
- * What the mouse drags, and where the handle was when it began. Exact poses come a moment later.
+ * The current drag, with the initial position of the handle. Exact poses arrive asynchronously.
  * @type {{ mode: Mode, start: Vec3, carry: Promise<Carry> } | null}
  */
 let drag = null;
@@ -83,7 +83,7 @@ function place(object, pose) {
   object.quaternion.fromArray(pose, 3);
 }
 
-/** Puts the handle to what is selected. */
+/** Moves the handle to the selected object. */
 function settle() {
   const group = groups.get(pivot());
   if (!group || drag) return;
@@ -129,9 +129,10 @@ gizmo.addEventListener("dragging-changed", (e) => {
 });
 
 /**
- * How far the handle was dragged along the axes of its frame. On a grid, it is the object that comes to lie there.
- * @param {Vec3} start of the handle
- * @param {Vec3} exact where the object was
+ * Returns the displacement of the handle along the axes of its frame. If a grid is set, it is that of the object from
+ * its exact position to the grid.
+ * @param {Vec3} start initial position of the handle
+ * @param {Vec3} exact initial position of the object
  * @returns {Vec3}
  */
 function dragged(start, exact) {

@@ -1,12 +1,12 @@
 // @ts-check
-// Properties in words: names, groups, units, numbers and labels of edits. Nothing here needs a page.
+// Display names and groups of properties, units, numbers and labels of edits. This module does not need a page.
 
 /** @import { Row } from "tatu/protocol" */
 
-/** Groups in their order; other kinds of objects have a group of their own after the first one. */
+/** Groups in display order; other kinds of objects have their own group after the first one. */
 export const GROUPS = ["Place", "Shape", "Physics", "Joint", "Sensor", "Drive", "Reading", "Script", "More"];
 
-/** Names that are not just their key. @type {{ [key: string]: string | undefined }} */
+/** Names that are not derived from the key. @type {{ [key: string]: string | undefined }} */
 const NAMES = {
   "object.alias": "Name", "object.name": "Unique name", "object.orientation": "Orientation", "object.world_pose": "Pose in the world",
   "object.model_base": "Base of a model", "object.drive": "Drive by wheels", "shape.primitive": "Form", "shape.com": "Centre of mass",
@@ -18,11 +18,11 @@ const NAMES = {
   "graph.explicit": "Only on request", "camera.ortho_size": "Width of a parallel view", "camera.near": "Nearest distance",
   "camera.far": "Farthest distance", "force_sensor.measured": "Has measured",
 };
-/** Parts of keys that are short for a word. @type {{ [part: string]: string | undefined }} */
+/** Words for abbreviations in keys. @type {{ [part: string]: string | undefined }} */
 const WORDS = { max: "maximum", min: "minimum", num: "number of", vel: "velocity", pos: "position" };
 
 /**
- * A property in words: `joint.max_force` is "Maximum force".
+ * Returns the display name of a property: "Maximum force" for `joint.max_force`.
  * @param {string} key
  */
 export function nameOf(key) {
@@ -34,7 +34,7 @@ export function nameOf(key) {
 
 const PLACE = ["alias", "parent", "position", "orientation", "visible"];
 const SHAPE = ["primitive", "size", "color", "convex", "detectable", "material"];
-/** What few people set. */
+/** Properties that are rarely set. */
 const MORE = [
   "shape.mesh", "shape.respondable_mask", "shape.detectable_mask", "shape.joint_solver", "shape.bullet", "shape.friction_axis",
   "shape.friction_axis_angle", "shape.axis_friction", "shape.surface_velocity", "shape.initial_velocity", "shape.initial_angular_velocity",
@@ -44,7 +44,7 @@ const MORE = [
 ];
 
 /**
- * The group of a property, among those of an object of a kind.
+ * Returns the group of a property of an object.
  * @param {string} key
  * @param {string} kind of the object
  */
@@ -70,8 +70,8 @@ function title(word) {
 const DEGREE = 180 / Math.PI;
 
 /**
- * A unit as it is shown, and what the value is multiplied by for it: degrees stand for rad. Of `rad|m`, a joint that
- * slides has the second.
+ * Returns a unit for display, and the factor by which values are multiplied: rad is shown as degrees. For `rad|m`, the
+ * second unit applies to prismatic joints.
  * @param {string} unit
  * @param {boolean} [slides]
  */
@@ -84,8 +84,8 @@ export function unitOf(unit, slides = false) {
 }
 
 /**
- * A number as people read it: six digits are enough.
- * @param {unknown} x a number, or what stands for one that JSON lacks
+ * Formats a number with six significant digits.
+ * @param {unknown} x a number, or the JSON representation of one that is not finite
  * @param {number} [factor]
  */
 export function writeNumber(x, factor = 1) {
@@ -96,7 +96,7 @@ export function writeNumber(x, factor = 1) {
 }
 
 /**
- * The number that was typed; NaN: it is none. `1,5` is 1.5.
+ * Parses a typed number; returns NaN if it is invalid. A comma is accepted as the decimal separator.
  * @param {string} text
  * @param {number} [factor]
  * @returns {number}
@@ -108,7 +108,7 @@ export function readNumber(text, factor = 1) {
 }
 
 /**
- * A number as a command gets it.
+ * Encodes a number as an argument of a command.
  * @param {number} x
  */
 export function sent(x) {
@@ -117,7 +117,7 @@ export function sent(x) {
 }
 
 /**
- * What stands before the fields of several numbers.
+ * Returns the labels of the fields of a property with several elements.
  * @param {string} key
  * @param {number} count
  * @returns {string[]}
@@ -134,7 +134,7 @@ export function partsOf(key, count) {
 const VERBS = { "object.position": "Move", "object.pose": "Move", "object.world_pose": "Move", "object.orientation": "Turn", "object.quaternion": "Turn", "object.alias": "Rename" };
 
 /**
- * The label of an edit, in words that follow "Undo".
+ * Returns the label of an edit, which can follow the word "Undo".
  * @param {string} key
  * @param {string} alias
  */
@@ -145,7 +145,7 @@ export function labelOf(key, alias) {
 }
 
 /**
- * Red, green and blue, 0 to 1, as a color of the web, and back.
+ * Converts red, green and blue, 0 to 1, to a CSS color.
  * @param {number[]} color
  */
 export function hexOf(color) {
@@ -157,11 +157,11 @@ export function colorOf(hex) {
   return [1, 3, 5].map((i) => Number((parseInt(hex.slice(i, i + 2), 16) / 255).toFixed(4)));
 }
 
-/** Types of values, the numbers `TATU_*`. */
+/** Types of values, as the constants `TATU_*`. */
 export const TYPE = { bool: 1, integer: 2, float: 3, text: 4, floats: 6, integers: 8, list: 11, map: 12, object: 14 };
 
 /**
- * How a property is shown.
+ * Returns the type of field for a property.
  * @param {Row} row
  * @returns {"check" | "choice" | "color" | "object" | "parts" | "number" | "numbers" | "texts" | "text" | "table"}
  */

@@ -1,5 +1,5 @@
 // @ts-check
-// The connection: what comes in is handed to whoever asked for its kind.
+// The connection to the program: passes incoming messages to the handlers of their kind.
 
 import { Calls } from "tatu/calls";
 import { BINARY } from "tatu/parse";
@@ -8,13 +8,13 @@ import { BINARY } from "tatu/parse";
 
 /** @typedef {{ name: string, service: string, instance: string }} Program What a program says of itself at `/tatu`. */
 /**
- * What handlers get, by the kind of message: the text messages of the program, binary ones, and those of the connection
- * itself: why there is none, that there is one, and before its first message that it is not the first one.
+ * The arguments of handlers, by the kind of message: text messages of the program, binary messages, and messages of the
+ * connection itself: "lost" with the reason, "connected", and "again" before the first message of a later connection.
  * @typedef {{ [M in ToPage as M["type"]]: M } & { frame: DataView, mesh: DataView, image: DataView, texture: DataView,
  *   lost: "gone" | "other" | "old", connected: null, again: { restarted: boolean } }} Messages
  */
 /**
- * A request that is answered, without its number.
+ * A request that gets an answer, without its number.
  * @typedef {FromPage extends infer M ? M extends { id: number } ? Omit<M, "id"> : never : never} Asked
  */
 
@@ -22,12 +22,13 @@ import { BINARY } from "tatu/parse";
 const handlers = new Map();
 /** @type {WebSocket | null} */
 let socket = null;
-/** The instance of the program that the page knows; one that was started again has another. */
+/** The instance of the program that the page was connected to; a restarted program has a different one. */
 let program = "";
 const calls = new Calls();
 
 /**
- * Calls `f` with each message of a kind: the `type` of its JSON, or "frame", "mesh", "image", "texture", "lost", "connected", "again".
+ * Calls `f` with each message of a kind: the `type` of its JSON, or "frame", "mesh", "image", "texture", "lost",
+ * "connected", "again".
  * @template {keyof Messages} K
  * @param {K} kind
  * @param {(message: Messages[K]) => void} f
@@ -48,7 +49,7 @@ function tell(kind, message) {
 }
 
 /**
- * Sends a message; false: there is no connection.
+ * Sends a message; returns false if there is no connection.
  * @param {FromPage} message
  */
 export function send(message) {
@@ -58,7 +59,7 @@ export function send(message) {
 }
 
 /**
- * Sends a message that is answered; a promise of its results, or of a failure. `what` names it in errors.
+ * Sends a message that gets an answer; returns a promise of its results, or of a failure. `what` is its name in errors.
  * @param {Asked} message
  * @param {string} what
  * @returns {Promise<any[]>}
@@ -71,7 +72,7 @@ export async function ask(message, what) {
 }
 
 /**
- * Fails without a connection.
+ * Throws a failure if there is no connection.
  * @param {string} result
  * @param {string} help
  */
@@ -80,7 +81,7 @@ function needConnection(result, help) {
 }
 
 /**
- * Calls a command; a promise of its results, or of a failure `{ error, help }`.
+ * Calls a command; returns a promise of its results, or of a failure `{ error, help }`.
  * @param {string} name
  * @param {...unknown} args
  */
@@ -88,11 +89,11 @@ export function call(name, ...args) {
   return ask({ type: "call", name, args }, `\`${name}\``);
 }
 
-/** Bytes of a part of a file. */
+/** Size of the parts of a file, bytes. */
 const PART = 2 << 20;
 
 /**
- * Sends a file in parts; a promise of its name for commands.
+ * Sends a file in parts; returns a promise of its name for commands.
  * @param {File} file
  * @param {string} [name] with its folders, below `folder`
  * @param {string} [folder] the answer to the message `folder`
@@ -124,7 +125,7 @@ function receive(event) {
   if (!calls.answer(message)) tell(message.type, /** @type {any} */ (message));
 }
 
-/** The token: from the address, which then forgets it, or from before a reload. */
+/** The token: from the address, from which it is then removed, or stored before a reload of the page. */
 function token() {
   const found = new URLSearchParams(location.search).get("token");
   if (found) {
@@ -134,9 +135,9 @@ function token() {
   return sessionStorage.getItem("token") ?? "";
 }
 
-/** Waits between attempts to connect, ms. */
+/** Delays between attempts to connect, ms. */
 const WAITS = [100, 200, 400, 800, 1500, 2000];
-/** How long an answer may take before nobody is there, ms. */
+/** Time without an answer after which the program counts as unreachable, ms. */
 const PATIENCE = 2000;
 
 /** @param {string} path */
@@ -145,7 +146,8 @@ function get(path) {
 }
 
 /**
- * Who is at this address: what the program says of itself; null for another program, undefined for nobody.
+ * Queries the program at this address; returns a promise of its description, of null for another program, or of
+ * undefined if nothing answers.
  * @returns {Promise<Program | null | undefined>}
  */
 async function whoIsThere() {
@@ -163,7 +165,7 @@ async function whoIsThere() {
   }
 }
 
-/** Whether the program refuses the token; without an upgrade, the path of the connection says no more than this. */
+/** Returns whether the program refuses the token, which it also reports to requests without a WebSocket upgrade. */
 async function isRefused() {
   try {
     return (await get(`/ws?token=${token()}`)).status === 401;
@@ -173,7 +175,7 @@ async function isRefused() {
 }
 
 /**
- * Opens a socket to a program; a promise of whether it has opened.
+ * Opens a WebSocket to a program; returns a promise of whether that succeeded.
  * @param {string} instance
  * @returns {Promise<boolean>}
  */
@@ -184,7 +186,7 @@ function open(instance) {
     own.onmessage = receive;
     own.onopen = () => {
       socket = own;
-      // The program tells everything from the beginning: what the last connection has told is forgotten before.
+      // The program sends its whole state again, so the state from the last connection is reset first.
       if (program) tell("again", { restarted: program !== instance });
       program = instance;
       done(true);
@@ -200,7 +202,7 @@ function open(instance) {
   });
 }
 
-/** One attempt: whether it has succeeded. What prevents it is told as "lost": gone, other, or old. */
+/** Makes one attempt; returns whether it succeeded. The cause of a failure is sent as "lost": gone, other or old. */
 async function attempt() {
   const told = await whoIsThere();
   if (!told) {
@@ -215,7 +217,7 @@ async function attempt() {
   return false;
 }
 
-/** Connects, and again whenever the connection is lost. */
+/** Connects, and reconnects whenever the connection is lost. */
 export async function connect() {
   for (let n = 0; !(await attempt()); n++) {
     const wait = WAITS[Math.min(n, WAITS.length - 1)];

@@ -1,5 +1,5 @@
 // @ts-check
-// Keys that move and turn what is selected, while the view has the focus.
+// Keys that move and turn the selection while the view has the focus.
 
 import * as THREE from "three";
 import { Carry, carried } from "tatu/carrying";
@@ -12,11 +12,11 @@ import { camera } from "tatu/view";
 
 /** @import { Quat, Vec3, Way } from "tatu/geometry" */
 
-/** Steps without a grid, m and degrees, and the part of a step that Shift leaves. */
+/** Steps without a grid, m and degrees, and the factor for steps with Shift. */
 export const STEPS = { translate: 0.05, rotate: 5 };
 export const FINE = 0.1;
 
-/** How far a key moves, m, or turns, degrees. */
+/** Returns the distance, m, or the angle, degrees, of one key press. */
 export function step(fine = false) {
   const whole = how.mode === "rotate" ? (angleStep() * 180) / Math.PI || STEPS.rotate : lengthStep() || STEPS.translate;
   return Number((whole * (fine ? FINE : 1)).toPrecision(12));
@@ -26,7 +26,7 @@ export function step(fine = false) {
 const numbers = (v) => [v.x, v.y, v.z];
 
 /**
- * Along or about which axis of the frame a key acts, and whether ahead or back.
+ * Returns the axis of the frame along or about which a key acts, and its sign.
  * @param {string} key
  * @param {Quat} frame
  * @returns {Way | null}
@@ -41,24 +41,24 @@ function wayOf(key, frame) {
   const vertical = key.startsWith("Page");
   const sideways = key === "ArrowLeft" || key === "ArrowRight";
   if (how.mode === "rotate") {
-    // Left turns to the left as seen from above; up tips what is in front away.
+    // Left turns counterclockwise as seen from above; up tips the object away from the camera.
     const way = vertical || sideways ? { axis: 2, sign: vertical ? sign : -sign } : { axis: across.axis, sign: -sign * across.sign };
     return how.only < 0 ? way : { axis: how.only, sign: way.sign };
   }
   const way = vertical ? { axis: 2, sign: 1 } : sideways ? across : ahead;
   if (how.only < 0 || how.only === way.axis) return { axis: way.axis, sign: sign * way.sign };
-  // The free axis has a direction on the screen if it is one of those two.
+  // The sign of the free axis follows the screen if it is one of the horizontal axes.
   const free = [across, ahead].find(({ axis }) => axis === how.only) ?? { axis: how.only, sign: 1 };
   return { axis: free.axis, sign: sign * free.sign };
 }
 
 /**
- * What keys do until they are let go: one edit.
+ * The combined effect of key presses until the keys are released, which form one edit.
  * @typedef {{ of: string, by: Vec3, turn: Quat, carry: Promise<Carry> }} Burst
  */
 /** @type {Burst | null} */
 let burst = null;
-/** The end of what was done before: the exact poses are asked for after it. @type {Promise<unknown>} */
+/** Settled when the previous edit has ended; exact poses are requested only then. @type {Promise<unknown>} */
 let before = Promise.resolve();
 
 /**
@@ -90,7 +90,7 @@ const NUDGES = new Set(["ArrowLeft", "ArrowRight", "ArrowUp", "ArrowDown", "Page
 const view = get("view");
 
 /**
- * Acts on a key; false: it is not meant for moving.
+ * Handles a key; returns false if the key does not move the selection.
  * @param {KeyboardEvent} e
  */
 function act(e) {
@@ -110,7 +110,7 @@ function act(e) {
   return true;
 }
 
-// Before others: in the view all other keys go to the simulation and to the selected robot.
+// Registered for the capture phase, because all other keys in the view go to the simulation and to the selected robot.
 addEventListener("keydown", (e) => {
   if (e.target !== view || e.ctrlKey || e.metaKey || e.altKey || !rights.acts || !act(e)) return;
   e.preventDefault();

@@ -1,5 +1,5 @@
 // @ts-check
-// Objects of the scene as groups of meshes, and where they stand.
+// Objects of the scene as groups of meshes, and their poses.
 
 import * as THREE from "three";
 import { MANY, gather, hang, isLarge, scatter } from "tatu/crowd";
@@ -13,10 +13,10 @@ import { clad } from "tatu/surfaces";
 /** @import { Joint, Part, SceneObject } from "tatu/protocol" */
 /** @import { Body, ObjectGroup } from "tatu/crowd" */
 
-/** Everything of the scene. */
+/** The root of all groups. */
 export const root = new THREE.Group();
 /**
- * The group of each object, by handle; what hangs on a joint hangs on `moved` of its group.
+ * The group of each object, by handle; children of a joint are attached to `moved` of its group.
  * @type {Map<number, ObjectGroup>}
  */
 export const groups = new Map();
@@ -33,7 +33,7 @@ on("mesh", (view) => {
   geometry.setAttribute("position", new THREE.BufferAttribute(points, 3));
   if (coordinates) geometry.setAttribute("uv", new THREE.BufferAttribute(coordinates, 2));
   geometry.setIndex(new THREE.BufferAttribute(triangles, 1));
-  // Flat faces and sharp edges: what is drawn is what is there.
+  // Flat shading shows the actual faces of the mesh.
   geometry = geometry.toNonIndexed();
   geometry.computeVertexNormals();
   meshes.set(sum, geometry);
@@ -46,7 +46,7 @@ const shared = {
   cylinder: new THREE.CylinderGeometry(0.5, 0.5, 1, 32).rotateX(Math.PI / 2),
   plane: endless(),
 };
-/** What stands for round things in large scenes, where each is small. */
+/** Coarser geometries of round forms for large scenes, in which each part is small. */
 const coarse = new Map([
   [shared.sphere, /** @type {THREE.BufferGeometry} */ (new THREE.SphereGeometry(0.5, 10, 6))],
   [shared.cylinder, new THREE.CylinderGeometry(0.5, 0.5, 1, 10).rotateX(Math.PI / 2)],
@@ -76,7 +76,7 @@ function body(part) {
 }
 
 /**
- * A part without its image.
+ * Creates the mesh of a part, without its texture.
  * @param {Part} part
  * @returns {Body}
  */
@@ -92,7 +92,7 @@ function plain(part) {
 }
 
 /**
- * Places a thing by seven numbers.
+ * Sets the pose of a thing from seven numbers.
  * @param {THREE.Object3D} thing
  * @param {number[]} pose
  */
@@ -128,7 +128,7 @@ function path(group, o) {
 }
 
 const hidden = get("hidden", HTMLInputElement);
-/** The layers of a scene that are seen at first, as in the original: the lower eight. */
+/** The layers that are visible by default, as in V-REP: the lower eight. */
 const SEEN = 0xff;
 
 function show() {
@@ -140,7 +140,7 @@ function show() {
 hidden.onchange = show;
 
 /**
- * Gives a group what the object itself looks like; what hangs on it stays.
+ * Rebuilds the appearance of an object in its group; attached objects are not affected.
  * @param {ObjectGroup} group
  * @param {SceneObject} o
  */
@@ -179,7 +179,7 @@ function newGroup(id) {
 }
 
 /**
- * What the group of an object hangs on.
+ * Returns the group to which the group of an object is attached.
  * @param {SceneObject} o
  */
 function above(o) {
@@ -187,7 +187,7 @@ function above(o) {
   return found ? (found.userData.moved ?? found) : root;
 }
 
-/** Hangs all groups where they belong. */
+/** Attaches all groups to those of their parents. */
 function attach() {
   for (const o of scene.objects.values()) {
     const group = groups.get(o.id);
@@ -195,7 +195,7 @@ function attach() {
   }
 }
 
-/** Draws the parts of large scenes together. */
+/** Switches to instancing for large scenes. */
 function crowdIfLarge() {
   let parts = 0;
   for (const group of groups.values()) parts += group.userData.bodies.length;
@@ -222,7 +222,7 @@ watch("scene", () => {
 });
 
 watch("objects", (changed) => {
-  // Bodies of a crowd hang on no object: the crowd is taken apart, and gathered again.
+  // Instanced bodies are not attached to their groups, so instancing is ended before the change and started again.
   const large = isLarge();
   if (large) {
     scatter(root);
@@ -265,7 +265,7 @@ on("frame", (view) => {
   });
 });
 
-/** The box around what is seen, without endless planes and what lies far off. */
+/** Returns the bounding box of visible objects, without infinite planes and distant objects. */
 export function bounds() {
   const box = new THREE.Box3();
   root.updateMatrixWorld(true);
@@ -279,12 +279,12 @@ export function bounds() {
       if (!own.isEmpty() && own.min.length() < 1e3 && own.max.length() < 1e3) box.union(own);
     }
   }
-  // Without shapes there are places.
+  // If there are no shapes, the positions of objects are used.
   if (box.isEmpty()) for (const group of groups.values()) box.expandByPoint(group.getWorldPosition(new THREE.Vector3()));
   return box;
 }
 
-// What is selected has a border of its own.
+// Selected objects are outlined.
 /** @type {THREE.Group[]} */
 let borders = [];
 /** @type {WeakMap<THREE.BufferGeometry, THREE.EdgesGeometry>} */
@@ -292,7 +292,7 @@ const outlines = new WeakMap();
 const BORDER = new THREE.LineBasicMaterial({ color: 0xffa500 });
 
 /**
- * The edges of a geometry, made once.
+ * Returns the edges of a geometry, which are computed once.
  * @param {THREE.BufferGeometry} geometry
  */
 export function outline(geometry) {
@@ -304,7 +304,7 @@ export function outline(geometry) {
 }
 
 /**
- * The groups of an object, or of all that belongs to it if it is a model.
+ * Returns the group of an object, or the groups of all its parts if it is a model.
  * @param {number} id
  */
 function bordered(id) {

@@ -1,5 +1,5 @@
 // @ts-check
-// The status line, which opens to all output: a tab for the status, and one for each console that scripts open.
+// The status line, which expands to the output panel with a tab for the status and one for each console of scripts.
 
 import { failure } from "tatu/calls";
 import { get, make } from "tatu/dom";
@@ -29,7 +29,7 @@ function unfold(is) {
 more.onclick = () => unfold(!footer.classList.contains("open"));
 last.onclick = () => unfold(true);
 
-/** The newest line of what is open, in the one row that is always seen. */
+/** Shows the newest line of the open tab in the row that is always visible. */
 function lastLine() {
   const newest = page(open).at(-1);
   last.textContent = newest?.textContent ?? "";
@@ -66,15 +66,15 @@ function show(name) {
   lastLine();
 }
 
-/** Empties all pages. */
+/** Clears all tabs. */
 export function clear() {
   for (const name of pages.keys()) pages.set(name, []);
   show(open);
 }
 
 /**
- * Lets a click on a warning select its object: one whose path it begins with, or those whose names stand in parentheses
- * at its end, as notes of imports have them.
+ * Makes a click on a warning select its objects: the one whose path is at the beginning, or those whose names are in
+ * parentheses at the end, as in notes of importers.
  * @param {HTMLElement} div
  */
 function linkObjects(div) {
@@ -95,7 +95,7 @@ function linkObjects(div) {
   div.replaceChildren(before, ...parts.flatMap((part, i) => (i ? [", ", part] : [part])), ")");
 }
 let noted = "";
-// What importers have left out is told once for each scene; then what was told before the scene was there is linked.
+// Notes of importers are shown once per scene. Lines that were shown before the scene arrived are then linked.
 on("scene", ({ file, notes }) => {
   const key = JSON.stringify([file, notes]);
   if (key !== noted) for (const note of notes ?? []) line("Status", note, "warning");
@@ -127,7 +127,7 @@ export function line(name, text, level = "") {
 }
 
 /**
- * Writes why something failed.
+ * Writes an error to the status tab.
  * @param {unknown} thrown
  */
 export function tell(thrown) {
@@ -143,7 +143,7 @@ on("event", ({ name, payload }) => {
     if (open === payload.title) show(open);
   }
   else if (name === "started") line("Status", "simulation started");
-  else if (name === "stopped") line("Status", "simulation stopped: the scene is as it was");
+  else if (name === "stopped") line("Status", "simulation stopped: the scene was reset");
 });
 on("again", clear);
 on("error", tell);

@@ -1,6 +1,6 @@
 // @ts-check
-// What can be drawn over the scene: contacts with their forces, centres of mass, inertia, velocities, shapes that collide,
-// axes and limits of joints, frames.
+// Overlays over the scene: contacts with their forces, centres of mass, inertia, velocities, colliding shapes, axes and
+// limits of joints, frames.
 
 import * as THREE from "three";
 import { get, make } from "tatu/dom";
@@ -50,7 +50,7 @@ let contacts = [];
 let bodies = [];
 
 /**
- * Arrows as segments: a shaft and two strokes at its end, across the view.
+ * Appends an arrow as line segments: a shaft and two strokes at its tip, perpendicular to the view.
  * @param {THREE.Vector3[]} out
  * @param {THREE.Vector3} from
  * @param {THREE.Vector3} way
@@ -73,7 +73,8 @@ function segments(ends, material) {
 }
 
 /**
- * The way of a joint between its limits: an arc with the spokes at its ends, or a line with strokes across.
+ * Returns line segments for the range of a joint: an arc with spokes at its ends, or a line with strokes across its
+ * ends.
  * @param {THREE.Object3D} group
  * @param {Joint} joint
  * @param {number} size
@@ -97,7 +98,7 @@ function range(group, joint, size) {
 }
 
 /**
- * The box of even density with the mass and the inertia of a body.
+ * Returns the box of uniform density that has the mass and the inertia of a body.
  * @param {THREE.Object3D} group
  * @param {THREE.Vector3} center
  * @param {BodyMark} body
@@ -116,7 +117,7 @@ function inertiaBox(group, center, body) {
   return box;
 }
 
-/** Draws everything that is wanted anew; sizes are parts of the view. */
+/** Redraws all enabled overlays; sizes are relative to the view. */
 function draw() {
   for (const child of all.children) {
     if (!child.userData.shared && (child instanceof THREE.LineSegments || child instanceof THREE.Points)) child.geometry.dispose();
@@ -126,7 +127,7 @@ function draw() {
   if (is("contacts") && contacts.length) {
     const points = contacts.map((c) => new THREE.Vector3(...c.point));
     all.add(new THREE.Points(new THREE.BufferGeometry().setFromPoints(points), POINT));
-    // The largest force is a quarter of the view long, unless all are small.
+    // The largest force is drawn with 0.35 of half the view's height, unless all forces are below 1 N.
     const most = Math.max(1, ...contacts.map((c) => Math.hypot(...c.force)));
     /** @type {THREE.Vector3[]} */
     const ends = [];
@@ -146,7 +147,7 @@ function draw() {
       ball.scale.setScalar(Math.min(0.03 * view, 0.012 * Math.cbrt(b.mass) + 0.006 * view));
       all.add(ball);
     }
-    // A second's way, at most half of the view.
+    // The arrow shows the motion in one second, limited to a quarter of the view's height.
     if (is("velocities")) arrow(speeds, center, new THREE.Vector3(...b.velocity).clampLength(0, 0.5 * view));
   }
   segments(speeds, SPEED);
@@ -166,7 +167,7 @@ function draw() {
       const group = o.collides ? groups.get(o.id) : null;
       if (!group) continue;
       for (const [i, body] of group.userData.bodies.entries()) {
-        // A plane has no end.
+        // Infinite planes have no edges.
         if (o.parts?.[i]?.form === "plane") continue;
         const edges = new THREE.LineSegments(outline(body.geometry), COLLIDES);
         edges.userData.shared = true;

@@ -1,5 +1,6 @@
 // @ts-check
-// The palette of what can be added: dragged into the view, or clicked and then placed by a click.
+// The palette of items that can be added, by dragging them into the view, or by a click on the item and one in the
+// view.
 
 import { get, make } from "tatu/dom";
 import { tell } from "tatu/output";
@@ -14,7 +15,7 @@ const button = get("add");
 const palette = get("palette");
 const search = get("find-item", HTMLInputElement);
 const list = get("items");
-/** Pixels after which a press is a drag. */
+/** Distance in pixels from which a press counts as a drag. */
 const STILL = 4;
 let filled = false;
 
@@ -27,7 +28,7 @@ function entry(item) {
   let down = null;
   b.onpointerdown = (e) => {
     if (e.button === 0) down = { x: e.clientX, y: e.clientY };
-    // The pointer belongs to the view as soon as it is there.
+    // The palette releases the pointer, so that the view receives its events.
     b.releasePointerCapture(e.pointerId);
   };
   addEventListener("pointermove", (e) => {
@@ -37,7 +38,7 @@ function entry(item) {
   });
   addEventListener("pointerup", () => { down = null; });
   b.onclick = (e) => {
-    // Without a pointer it was a key: the middle of the view is as good a place as any.
+    // A key press has no position, so the item is placed at the middle of the view.
     if (e.detail === 0) putInMiddle(item);
     else begin(item, false);
   };

@@ -1,5 +1,5 @@
 // @ts-check
-// The menu of windows: the list of sensors, what cameras see, plots of graphs.
+// The menu of windows: the list of sensors, camera images, plots of graphs.
 
 import { cameraSpec, sees } from "tatu/camera_pane";
 import { get } from "tatu/dom";
@@ -9,11 +9,11 @@ import { graphSpec } from "tatu/plot_pane";
 import { pathOf, scene } from "tatu/store";
 import "tatu/sensor_pane";
 
-/** Most objects of a kind in the menu. */
+/** Maximum number of objects per kind in the menu. */
 const MOST = 12;
 
 /**
- * The window that shows an object; null: there is none.
+ * Returns the window that shows an object, or null if there is none.
  * @param {number} id
  * @returns {{ kind: string, spec: unknown } | null}
  */

@@ -1,25 +1,25 @@
 // @ts-check
-// The windows that a person has opened over the view: cameras, plots, lists. Each scene opens again with its own.
+// The windows that the user has opened over the view: cameras, plots, lists. They are remembered for each scene.
 
 import { on } from "tatu/net";
 import { scene, watch } from "tatu/store";
 
 /**
- * A window: its kind, what it shows, and how it is closed. Within `spec`, objects are paths, which last longer than
- * their handles.
+ * A window: its kind, a description of its content, and a function that closes it. In `spec`, objects are paths,
+ * because handles change between runs of the program.
  * @typedef {{ kind: string, spec: unknown, close: () => void }} Pane
  */
-/** Opens a window, null: what it would show is not there. @typedef {(spec: any) => Pane | null} Opener */
+/** Opens a window, or returns null if its content does not exist. @typedef {(spec: any) => Pane | null} Opener */
 
 /** @type {Map<string, { opener: Opener, identity: (spec: any) => string }>} */
 const openers = new Map();
 /** @type {Set<Pane>} */
 const open = new Set();
-/** Whether windows open or close by themselves, so that the scene's list stays as it is. */
+/** Whether windows are being opened or closed automatically, which must not change the list stored for the scene. */
 let quiet = false;
 
 /**
- * Offers a kind of window. Two with the same `identity` are one.
+ * Registers a kind of window. Windows with the same `identity` count as the same window.
  * @param {string} kind
  * @param {Opener} opener
  * @param {(spec: any) => string} [identity]
@@ -42,7 +42,7 @@ function key() {
   return `tatu panes ${scene.file}`;
 }
 
-/** Remembers what is open in this scene. */
+/** Stores the windows that are open in this scene. */
 export function remember() {
   if (quiet || !scene.file) return;
   const list = [...open].map(({ kind, spec }) => ({ kind, spec }));
@@ -51,7 +51,7 @@ export function remember() {
 }
 
 /**
- * Opens a window, or brings back the one that shows the same.
+ * Opens a window, or brings an existing one with the same content to the front.
  * @param {string} kind
  * @param {unknown} spec
  */
@@ -72,7 +72,7 @@ export function isOpen(kind, spec) {
 }
 
 /**
- * Opens what is closed, closes what is open.
+ * Opens a window, or closes it if it is open.
  * @param {string} kind
  * @param {unknown} spec
  */
@@ -83,7 +83,7 @@ export function toggle(kind, spec) {
 }
 
 /**
- * To be called by a window that was closed.
+ * Must be called by a window that was closed.
  * @param {Pane} pane
  */
 export function gone(pane) {
@@ -91,7 +91,7 @@ export function gone(pane) {
   remember();
 }
 
-/** Opens the windows that this scene had last. */
+/** Opens the windows that are stored for this scene. */
 function restore() {
   quiet = true;
   for (const pane of [...open]) pane.close();
@@ -99,13 +99,13 @@ function restore() {
     const list = JSON.parse(localStorage.getItem(key()) ?? "[]");
     if (Array.isArray(list)) for (const { kind, spec } of list) openPane(kind, spec);
   } catch {
-    // What another version of the page has kept is forgotten.
+    // Entries stored by a different version of the page are dropped.
     localStorage.removeItem(key());
   }
   quiet = false;
 }
 
-// Another program may have other handles.
+// A restarted program may use different handles.
 let again = false;
 on("again", ({ restarted }) => { again = restarted; });
 watch("scene", () => {

@@ -1,12 +1,13 @@
 // @ts-check
-// Binary messages: frames, meshes and images, as docs/reference/web-stream.md describes them. Nothing here needs a page.
+// Parses binary messages: frames, meshes and images, as described in docs/reference/web-stream.md. This module does not
+// need a page.
 
 /** Kinds of binary messages, by their first byte. @type {{ [kind: number]: "frame" | "mesh" | "image" | "texture" | undefined }} */
 export const BINARY = { 1: "frame", 2: "mesh", 3: "image", 4: "texture" };
 const HEAD = 20;
 
 /**
- * What an entry of a frame sets.
+ * An entry of a frame: an object, and a pose, position or rotation.
  * @typedef {{ id: number, what: "pose" | "position" | "rotation", numbers: number[] }} Entry
  */
 
@@ -27,21 +28,21 @@ const turned = (view, at) => view.getInt16(at, true) / 32767;
 const placed = (view, at) => view.getInt32(at, true) / 1e4;
 
 /**
- * Kinds of entries: what they set, and how many numbers of which size they have.
+ * Kinds of entries: what they set, and the number and size of their values.
  * @type {{ what: Entry["what"], read: ((view: DataView, at: number) => number)[], size: number[] }[]}
  */
 const ENTRIES = [
   { what: "pose", read: [placed, placed, placed, turned, turned, turned, turned], size: [4, 4, 4, 2, 2, 2, 2] },
   { what: "position", read: [(view, at) => view.getFloat32(at, true)], size: [4] },
   { what: "rotation", read: [turned, turned, turned, turned], size: [2, 2, 2, 2] },
-  // Those of a film, in full precision.
+  // Entries of films, in full precision.
   { what: "pose", read: Array(7).fill(float64), size: Array(7).fill(8) },
   { what: "position", read: [float64], size: [8] },
   { what: "rotation", read: Array(4).fill(float64), size: Array(4).fill(8) },
 ];
 
 /**
- * The number of bytes of an entry after its head, by its kind.
+ * Returns the size of an entry after its head, bytes.
  * @param {number} kind
  */
 export function entryLength(kind) {
@@ -49,7 +50,7 @@ export function entryLength(kind) {
 }
 
 /**
- * The simulation time of a frame.
+ * Returns the simulation time of a frame, s.
  * @param {DataView} view
  */
 export function timeOf(view) {
@@ -57,8 +58,8 @@ export function timeOf(view) {
 }
 
 /**
- * Calls `f` with each entry of a frame. The array is used again for the next one. A frame that ends early or has an
- * unknown kind of entry is read as far as it goes.
+ * Calls `f` with each entry of a frame. The array is reused for the next entry. A frame that is truncated or has an
+ * unknown kind of entry is read up to that point.
  * @param {DataView} view
  * @param {(id: number, what: Entry["what"], numbers: number[]) => void} f
  */
@@ -81,8 +82,8 @@ export function eachEntry(view, f) {
 }
 
 /**
- * A mesh: its checksum, the numbers of its points, the points of its triangles, and the places of its points in an image,
- * if it has them.
+ * Parses a mesh: its hash, the coordinates of its points, the point indices of its triangles, and the texture
+ * coordinates of its points, if it has them.
  * @param {DataView} view
  * @returns {{ sum: string, points: Float32Array, triangles: Uint32Array, coordinates: Float32Array | null }}
  */
@@ -102,7 +103,7 @@ export function mesh(view) {
 }
 
 /**
- * An image on surfaces: its hash, its size in pixels, and bytes red green blue alpha, the highest row first.
+ * Parses a texture: its hash, its size in pixels, and its pixels as RGBA bytes, the top row first.
  * @param {DataView} view
  * @returns {{ hash: string, width: number, height: number, pixels: Uint8Array<ArrayBuffer> }}
  */
@@ -115,7 +116,7 @@ export function texture(view) {
 }
 
 /**
- * An image of a sensor as bytes red green blue alpha, the highest row first. Depths become lighter towards the sensor.
+ * Converts an image of a sensor to RGBA bytes, the top row first. Depths become lighter towards the sensor.
  * @param {DataView} view
  * @returns {{ id: number, width: number, height: number, pixels: Uint8ClampedArray<ArrayBuffer> }}
  */
@@ -126,7 +127,7 @@ export function image(view) {
   const depth = (/** @type {number} */ i) => view.getFloat32(16 + 4 * i, true);
   let far = 0;
   if (!color) for (let i = 0; i < width * height; i++) if (Number.isFinite(depth(i))) far = Math.max(far, depth(i));
-  // What meets nothing is as dark as the farthest that is seen.
+  // Pixels without a hit are as dark as the farthest ones with a hit.
   const light = (/** @type {number} */ i) => (Number.isFinite(depth(i)) ? 255 * (1 - depth(i) / (far || 1)) : 0);
   for (let y = 0; y < height; y++) {
     for (let x = 0; x < width; x++) {

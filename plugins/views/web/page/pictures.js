@@ -1,5 +1,5 @@
 // @ts-check
-// Pictures of the scene for the gallery's recent scenes.
+// Takes pictures of the scene for the recent scenes in the gallery.
 
 import { get } from "tatu/dom";
 import { on, send } from "tatu/net";
@@ -7,18 +7,18 @@ import { rights, scene, watch } from "tatu/store";
 import { drawn, renderer } from "tatu/view";
 
 /**
- * Size of a picture; a smaller one if it takes more bytes than the program keeps.
+ * Sizes of pictures in pixels, tried in order until the picture is within the program's limit.
  * @type {[number, number][]}
  */
 const SIZES = [[240, 150], [160, 100]];
 const MOST = 64 << 10;
-/** When a scene is first pictured and how often afterwards, ms. */
+/** Delay of the first picture of a scene, and interval of later ones, ms. */
 const FIRST = 3000;
 const OFTEN = 20000;
 let sent = 0;
 
 /**
- * The middle of the view, as a PNG in base64.
+ * Returns the middle of the view as a PNG in base64.
  * @param {[number, number]} size
  */
 function picture([width, height]) {

@@ -1,5 +1,5 @@
 // @ts-check
-// Placing something new in the view: a preview follows the pointer, and what is placed stands on what is below it.
+// Places new objects in the view: a preview follows the pointer, and the object is put on the surface below it.
 
 import * as THREE from "three";
 import { tell } from "tatu/output";
@@ -20,7 +20,7 @@ const preview = new THREE.Mesh(/** @type {THREE.BufferGeometry} */ (new THREE.Bo
 preview.visible = false;
 stage.add(preview);
 
-/** Whether something is being placed. */
+/** Returns whether an item is being placed. */
 export function isPlacing() {
   return going !== null;
 }
@@ -34,7 +34,7 @@ function geometry({ form, size: [x, y, z] }) {
 }
 
 /**
- * Begins to place something; `dragged`: the button of the mouse is down, and its release places it.
+ * Starts to place an item. If `dragged` is set, the mouse button is down, and its release places the item.
  * @param {Item} item
  * @param {boolean} dragged
  */
@@ -55,7 +55,7 @@ function end() {
 }
 
 /**
- * Where it would be placed.
+ * Returns the position at which an item would be placed.
  * @param {Item} item
  * @param {Pointer} at
  */
@@ -64,7 +64,7 @@ function spot(item, at) {
   if (!found) return null;
   const { x, y, z } = found.point;
   const point = lengthStep() ? new THREE.Vector3(snapLength(x), snapLength(y), z) : new THREE.Vector3(round(x), round(y), z);
-  // Numbers of rays are noise below a tenth of a millimetre.
+  // Rounded to 0.1 mm, because the coordinates from raycasts have noise.
   return { id: found.id, point: point.setZ(round(z + item.lift)) };
 }
 
@@ -74,7 +74,7 @@ function round(x) {
 }
 
 /**
- * What a new thing hangs on: the body that was pointed at, not a floor.
+ * Returns the object to which an item is attached: the body under the pointer, unless it is a floor.
  * @param {number} id
  */
 function carrier(id) {
@@ -110,7 +110,7 @@ async function put(item, at) {
 }
 
 /**
- * Places something at the middle of the view.
+ * Places an item at the middle of the view.
  * @param {Item} item
  */
 export function putInMiddle(item) {
@@ -130,7 +130,7 @@ addEventListener("pointermove", (e) => {
   redraw();
 }, true);
 host.addEventListener("pointerdown", (e) => {
-  // The camera stays where it is during the click that places.
+  // The camera must not move during the click that places the item.
   if (going && e.button === 0) controls.enabled = false;
 }, true);
 addEventListener("pointerup", (e) => {

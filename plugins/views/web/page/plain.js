@@ -1,15 +1,15 @@
 // @ts-check
-// Pictures of large scenes that a processor has to draw: while things move, in fewer pixels and with rough edges.
+// Simplified images for software rendering of large scenes: lower resolution and no antialiasing while objects move.
 
 import * as THREE from "three";
 
-/** Triangles from which a scene is large for a processor. */
+/** Number of triangles from which a scene counts as large for software rendering. */
 const MANY = 30_000;
-/** Pixels along a side, as a part of those of the view. */
+/** Resolution of simplified images, relative to that of the view. */
 const SHARE = 0.6;
 
 /**
- * Whether no graphics card draws.
+ * Returns whether the browser renders in software.
  * @param {THREE.WebGLRenderer} renderer
  */
 export function isSoftware(renderer) {
@@ -27,7 +27,7 @@ stage.add(whole);
 const camera = new THREE.OrthographicCamera(-1, 1, 1, -1, -1, 1);
 
 /**
- * Draws a plain picture.
+ * Draws a simplified image.
  * @param {THREE.WebGLRenderer} renderer
  * @param {THREE.Scene} scene
  * @param {THREE.Camera} from

@@ -1,28 +1,30 @@
 // @ts-check
-// Curves on a canvas: axes with round numbers, a grid, and curves in colors that color-blind people can tell apart.
+// Draws curves on a canvas: axes with round numbers, a grid, and curves in colors that color-blind people can
+// distinguish.
 
 /**
- * A curve; its color from 0 to 1. `times` is what goes along: the time, or what an x-y curve has there.
- * `place`: that of its color, if it has none; otherwise its place among the curves.
+ * A curve; the components of `color` are from 0 to 1. `times` are the values on the horizontal axis: times, or the x
+ values * of an x-y curve. Without `color`, `place` is the index of a default color; it defaults to the index of the
+ curve.
  * @typedef {{ name: string, unit?: string, color?: number[] | null, place?: number, times: (number | null)[], values: (number | null)[] }} Curve
  */
 
-/** Colors of curves that have none: those of Okabe and Ito. */
+/** Default colors of curves, from the palette of Okabe and Ito. */
 const COLORS = ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9"];
-/** Pixels of the picture between two lines of the grid, at least. */
+/** Minimum distance between grid lines, pixels. */
 const APART = { x: 70, y: 28 };
 
 /**
- * The color of a curve.
+ * Returns the CSS color of a curve.
  * @param {Curve["color"]} color
- * @param {number} i its place
+ * @param {number} i index of the default color
  */
 export function colorOf(color, i) {
   return color ? `rgb(${color.map((v) => Math.round(255 * v)).join(" ")})` : COLORS[i % COLORS.length] ?? "";
 }
 
 /**
- * Round numbers from `low` to `high`, at most `most` of them, and how many digits after the point they need.
+ * Returns at most `most` round numbers from `low` to `high`, and the number of decimal places that they need.
  * @param {number} low
  * @param {number} high
  * @param {number} most
@@ -39,7 +41,7 @@ export function ticks(low, high, most) {
 }
 
 /**
- * The least and the greatest number of curves, a little apart.
+ * Returns the range of the values of curves, with a margin.
  * @param {Curve[]} curves
  * @param {"times" | "values"} key
  */
@@ -53,7 +55,7 @@ function range(curves, key) {
     }
   }
   if (low > high) return null;
-  // A straight line stands in the middle.
+  // A constant value is drawn in the middle.
   const room = high > low ? (key === "values" ? 0.04 * (high - low) : 0) : Math.max(Math.abs(high) * 0.1, 1e-3);
   return { low: low - room, high: high + room };
 }
@@ -67,7 +69,8 @@ function label(x, digits) {
 }
 
 /**
- * Draws curves. `unit` stands along; `legend`: whether their names are in the picture.
+ * Draws curves. `unit` is that of the horizontal axis; `legend` sets whether the picture includes the names of the
+ curves.
  * @param {HTMLCanvasElement} canvas
  * @param {Curve[]} curves
  * @param {string} [unit]

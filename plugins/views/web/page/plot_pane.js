@@ -1,5 +1,5 @@
 // @ts-check
-// Plots in windows: properties and readings over time, or over each other, and the streams of graphs.
+// Plot windows: properties and readings over time or against each other, and the streams of graphs.
 
 import { make } from "tatu/dom";
 import { floating } from "tatu/floating";
@@ -16,22 +16,22 @@ import { unwatch, watchValue } from "tatu/watching";
 /** @import { Curve } from "tatu/plot" */
 /** @import { Series } from "tatu/watching" */
 /**
- * What a curve of a plot shows: a number of a property or reading; its factor makes degrees of rad.
+ * The source of a curve: an element of a property or reading; `factor` converts rad to degrees.
  * @typedef {{ object: string, key: string, index: number, name: string, unit: string, factor: number }} Shown
  */
 /**
- * A plot: of values, or of a graph. `along`: the name of the curve that goes along; "": the time.
+ * A plot of values or of a graph. `along` is the name of the curve on the horizontal axis; "": the time.
  * @typedef {{ n: number, curves: Shown[], graph: string, along: string }} Spec
  */
 
 const TIME = "time";
 /** The open plots. @type {Set<{ redraw: () => void, take: (id: number, streams: Curve[]) => void }>} */
 const drawers = new Set();
-/** The plot of values that was touched last. @type {{ spec: Spec, update: () => void } | null} */
+/** The plot of values that was used last. @type {{ spec: Spec, update: () => void } | null} */
 let current = null;
 
 /**
- * The numbers of a row that can be plotted.
+ * Returns how many elements of a row can be plotted.
  * @param {Row} row
  */
 export function countOf({ value }) {
@@ -40,7 +40,7 @@ export function countOf({ value }) {
 }
 
 /**
- * Plots a property or a field of a reading, in the plot that was touched last or in a new one.
+ * Plots a property or a field of a reading, in the plot that was used last or in a new one.
  * @param {number} object
  * @param {Row} row
  * @param {boolean} [anew]
@@ -49,7 +49,7 @@ export function plotRow(object, row, anew = false) {
   const [path, n] = [pathOf(object), countOf(row)];
   const slides = scene.objects.get(object)?.joint?.type === "prismatic";
   const { text: unit, factor } = unitOf(row.unit, slides);
-  // Two objects of one name are told apart by their paths.
+  // Objects with the same name are distinguished by their paths.
   const alias = scene.objects.get(object)?.alias ?? "";
   const several = [...scene.objects.values()].filter((o) => o.alias === alias).length > 1;
   const called = several ? path : alias;
@@ -71,7 +71,7 @@ export function plotRow(object, row, anew = false) {
 }
 
 /**
- * The window of a graph.
+ * Returns the specification of a graph's window.
  * @param {number} id
  */
 export function graphSpec(id) {
@@ -79,7 +79,7 @@ export function graphSpec(id) {
 }
 
 /**
- * A curve of two: the values of one at the times of the other.
+ * Combines two curves to an x-y curve, by their times.
  * @param {Curve} x
  * @param {Curve} y
  * @returns {Curve}
@@ -98,20 +98,20 @@ function openPlot(spec) {
   const window = floating({ key, title, width: 420, height: 300, closed });
   const pane = { kind: "plot", spec, close: window.close };
   const tools = make("div", { className: "tools" });
-  const along = make("select", { title: "What goes along" });
-  along.setAttribute("aria-label", "What goes along");
+  const along = make("select", { title: "Horizontal axis" });
+  along.setAttribute("aria-label", "Horizontal axis");
   const tool = (/** @type {string} */ name, /** @type {string} */ hint, /** @type {() => void} */ onclick) => {
     tools.append(make("button", { type: "button", textContent: name, title: hint, onclick }));
   };
   tools.append(along);
-  tool("CSV", "Save the numbers as a table", () => saveTable());
+  tool("CSV", "Save the values as a table", () => saveTable());
   tool("PNG", "Save the picture", () => { canvas.toBlob((blob) => { if (blob) download(blob, `${title}.png`); }); });
   const canvas = make("canvas");
   canvas.setAttribute("role", "img");
   const legend = make("ul", { className: "legend" });
   window.body.append(tools, canvas, legend);
 
-  /** The values behind the curves of the plot. @type {Map<Shown, Series | null>} */
+  /** The watched values of the plot's curves. @type {Map<Shown, Series | null>} */
   const series = new Map();
   /** @type {Curve[]} */
   let streams = [];
@@ -125,7 +125,7 @@ function openPlot(spec) {
       return { name, unit, times: own?.times ?? [], values: own?.numbers.map((n) => (typeof n[index] === "number" ? factor * n[index] : null)) ?? [] };
     });
   }
-  /** What is drawn, and what goes along. */
+  /** Returns the curves to draw, and the label of the horizontal axis. */
   function shown() {
     const curves = all();
     const x = curves.find((c) => c.name === spec.along);
@@ -171,7 +171,7 @@ function openPlot(spec) {
       swatch.style.background = colorOf(c.color, i);
       item.append(swatch, make("span", { textContent: c.name }), make("output"));
       if (graph) return item;
-      const drop = make("button", { type: "button", textContent: "\u00D7", title: "Take this curve out" });
+      const drop = make("button", { type: "button", textContent: "\u00D7", title: "Remove this curve" });
       drop.setAttribute("aria-label", `Take ${c.name} out`);
       drop.onclick = () => {
         spec.curves.splice(i, 1);
@@ -183,7 +183,7 @@ function openPlot(spec) {
       return item;
     }));
   }
-  /** Watches what is plotted, and nothing else. */
+  /** Watches exactly the plotted values. */
   function update() {
     for (const [curve, own] of series) {
       if (spec.curves.includes(curve)) continue;

@@ -1,5 +1,5 @@
 // @ts-check
-// Where the pointer is in the scene.
+// The position of the pointer in the scene.
 
 import * as THREE from "three";
 import { hitAt, host, rayAt } from "tatu/view";
@@ -11,7 +11,7 @@ let last = null;
 host.addEventListener("pointermove", ({ clientX, clientY }) => { last = { clientX, clientY }; });
 host.addEventListener("pointerleave", () => { last = null; });
 
-/** The pointer while it is above the view, else null. */
+/** The pointer while it is over the view, otherwise null. */
 export function pointer() {
   return last;
 }
@@ -25,7 +25,7 @@ export function middle() {
 const floor = new THREE.Plane(new THREE.Vector3(0, 0, 1), 0);
 
 /**
- * What is below the pointer: the surface of an object, or the ground of the world; null: the sky.
+ * Returns the point under the pointer on the surface of an object, or on the ground (z = 0); null if there is neither.
  * @param {Pointer | null} at
  * @returns {{ id: number, point: THREE.Vector3 } | null}
  */
@@ -38,7 +38,7 @@ export function surfaceAt(at) {
 }
 
 /**
- * The point of the ground below the pointer, or null.
+ * Returns the point of the ground under the pointer, or null.
  * @param {Pointer | null} at
  */
 export function groundAt(at) {

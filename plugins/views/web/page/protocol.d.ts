@@ -2,37 +2,37 @@
 // `TATU_BLESS=page cargo test -p tatu-views-web protocol`.
 
 /**
- * What a request to run does.
+ * The action of a `run` request.
  */
 export type Action = "start" | "pause" | "stop" | "step" | "quit";
 
 /**
- * A body that forces move.
+ * A dynamic body.
  */
 export type BodyMark = { id: number,
 /**
- * Its centre of mass, in its frame, m.
+ * The centre of mass in the frame of the body, m.
  */
 com: [number, number, number],
 /**
- * kg.
+ * The mass, kg.
  */
 mass: number,
 /**
- * Its inertia about the centre of mass, in its frame, by rows, kg m^2.
+ * The inertia matrix about the centre of mass, in the frame of the body, by rows, kg m^2.
  */
 inertia: [number, number, number, number, number, number, number, number, number],
 /**
- * In the world, m/s.
+ * The velocity in the world frame, m/s.
  */
 velocity: [number, number, number], };
 
 /**
- * A command, for completion.
+ * A command, for completion in the editor.
  */
 export type Command = { name: string,
 /**
- * Its parameters, joined by commas.
+ * The parameters, separated by commas.
  */
 params: string, text: string, };
 
@@ -45,24 +45,24 @@ export type ContactMark = {
  */
 pair: [number, number],
 /**
- * Where they touch, in the world, m.
+ * The contact point in the world frame, m.
  */
 point: [number, number, number],
 /**
- * The force on the second shape, N.
+ * The force on the second shape in the world frame, N.
  */
 force: [number, number, number], };
 
 /**
- * What a script draws.
+ * A drawing object of a script.
  */
 export type Drawing = { form: string,
 /**
- * The size of points and lines in pixels, of bodies in m.
+ * Size of points and lines in pixels, or of solids in m.
  */
 size: number, color: Array<number>,
 /**
- * The numbers of all items, and how many each has.
+ * The values of all items, consecutively, and the number of values per item.
  */
 items: Array<number>, stride: number, };
 
@@ -71,12 +71,12 @@ items: Array<number>, stride: number, };
  */
 export type FromPage = { "type": "run", action: Action, } | { "type": "speed", speed: number, } | { "type": "key", key: string, } | { "type": "drop", id: number, file: string, part: string, last: boolean,
 /**
- * The folder to which it goes: the answer to `folder`.
+ * The folder for the file, as returned by `folder`.
  */
 folder?: string, } | { "type": "folder", id: number, name: string, } | { "type": "save_script", id: number, script: number, text: string, version: number, } | { "type": "open", id: number, file: string, } | { "type": "picture", scene: string, png: string, } | { "type": "call", id: number, name: string, args: Array<unknown>, } | { "type": "details", object: number, } | { "type": "script", script: number, } | { "type": "data", object: number, } | { "type": "images", objects: Array<number>, } | { "type": "graphs", objects: Array<number>, } | { "type": "watch", of: number, values: Array<Watched>, } | { "type": "overlays", contacts: boolean, bodies: boolean, } | { "type": "film", id: number, on: boolean, } | { "type": "commands", } | { "type": "files", };
 
 /**
- * How a joint moves.
+ * The type, lead and limits of a joint.
  */
 export type Joint = {
 /**
@@ -84,11 +84,11 @@ export type Joint = {
  */
 type: string,
 /**
- * The way of a screw per turn, m.
+ * Translation of a screw joint per turn, m.
  */
 lead: number,
 /**
- * Its lowest and highest position, rad or m, if it has limits.
+ * Minimum and maximum position, rad or m, if the joint has limits.
  */
 limits?: [number, number], };
 
@@ -101,7 +101,7 @@ export type Part = {
  */
 form: string,
 /**
- * Its pose in the frame of its object.
+ * Pose of the part in the frame of its object.
  */
 pose: [number, number, number, number, number, number, number],
 /**
@@ -109,20 +109,20 @@ pose: [number, number, number, number, number, number, number],
  */
 color: [number, number, number],
 /**
- * Its size along its axes, m.
+ * Size of the part along its axes, m.
  */
 size?: Array<number>,
 /**
- * The image on it.
+ * The texture of the part.
  */
 texture?: Texture,
 /**
- * The checksum of its mesh, which is a message of its own.
+ * The hash of the mesh, which is sent as a separate message.
  */
 mesh?: string, };
 
 /**
- * A reading.
+ * The reading of a sensor.
  */
 export type Reading = { "schema": "proximity", detected: boolean, distance?: number,
 /**
@@ -130,7 +130,7 @@ export type Reading = { "schema": "proximity", detected: boolean, distance?: num
  */
 point?: Array<number>, } | { "schema": "range_scan",
 /**
- * The distance of each beam, m; null: it meets nothing.
+ * The distance along each beam, m; null if it hits nothing.
  */
 distance: Array<number | null>,
 /**
@@ -138,15 +138,15 @@ distance: Array<number | null>,
  */
 angle: Array<number>,
 /**
- * The elevation of each beam towards +y, rad; missing: 0.
+ * The elevation of each beam towards +y, rad; 0 if it is missing.
  */
 elevation?: Array<number>,
 /**
- * The greatest distance that the sensor can tell, m; missing: there is none.
+ * The maximum distance that the sensor measures, m; unlimited if it is missing.
  */
 range?: number, } | { "schema": "gps",
 /**
- * In the frame of the world.
+ * Position in the world frame, m.
  */
 position: Array<number>, } | { "schema": "fields", fields: { [key in string]: Array<number | null> }, };
 
@@ -155,22 +155,22 @@ position: Array<number>, } | { "schema": "fields", fields: { [key in string]: Ar
  */
 export type Row = { key: string,
 /**
- * Its type, one of the numbers `TATU_*`, and how many values it has; 0: any number.
+ * The type of the value, one of the constants `TATU_*`, and its number of elements; 0 means any number.
  */
 type: number, count: number, unit: string, text: string, settable: boolean, choices: Array<string>,
 /**
- * The least value, if one is declared.
+ * The minimum value, if one is declared.
  */
 min?: number,
 /**
- * The greatest value, if one is declared.
+ * The maximum value, if one is declared.
  */
 max?: number, value: unknown, };
 
 export type RunState = "stopped" | "running" | "paused";
 
 /**
- * What is watched, after a step.
+ * The watched values after a step.
  */
 export type Sample = {
 /**
@@ -178,8 +178,8 @@ export type Sample = {
  */
 time: number,
 /**
- * The numbers of each value in the order of the request; empty if it cannot be read. Numbers that are not finite
- * are null.
+ * The elements of each value, in the order of the request; empty if the value cannot be read. Elements that are
+ * not finite are null.
  */
 values: Array<Array<number | null>>, };
 
@@ -188,19 +188,19 @@ values: Array<Array<number | null>>, };
  */
 export type SceneFile = { in: Section,
 /**
- * The name by which it is opened.
+ * The name by which the scene is opened.
  */
 file: string,
 /**
- * The first paragraph of its comment.
+ * The first paragraph of the comment at the beginning of the file.
  */
 about: string,
 /**
- * What its comment says to try in the page.
+ * The part of that comment after "Try:".
  */
 try: string,
 /**
- * A PNG in base64.
+ * A picture of the scene, a PNG in base64.
  */
 picture: string | null, };
 
@@ -209,11 +209,11 @@ picture: string | null, };
  */
 export type SceneObject = {
 /**
- * Its handle.
+ * The handle of the object.
  */
 id: number,
 /**
- * The handle of its parent; 0: none. Children of a joint are attached to its moved frame.
+ * The handle of the parent; 0 if there is none. Children of a joint are attached to its moved frame.
  */
 parent: number, alias: string, kind: string,
 /**
@@ -221,7 +221,7 @@ parent: number, alias: string, kind: string,
  */
 pose: [number, number, number, number, number, number, number], visible: boolean, layer: number,
 /**
- * Whether it is the base of a model.
+ * Whether the object is the base of a model.
  */
 model: boolean,
 /**
@@ -229,7 +229,7 @@ model: boolean,
  */
 parts?: Array<Part>,
 /**
- * Whether a shape collides; missing: no.
+ * Whether a shape collides; false if it is missing.
  */
 collides?: boolean, joint?: Joint,
 /**
@@ -241,11 +241,11 @@ sensor?: string,
  */
 schema?: Schema,
 /**
- * How far and how wide a sensor detects.
+ * The detection volume of a sensor.
  */
 volume?: Volume,
 /**
- * The poses of a path, seven numbers each.
+ * The poses of a path, seven numbers each: position (m) and quaternion (x y z w).
  */
 points?: Array<number>, closed?: boolean, scripts?: Array<Script>, };
 
@@ -259,12 +259,12 @@ export type Schema = "proximity" | "range_scan" | "image" | "gps" | "fields";
  */
 export type Script = { id: number, name: string, kind: string, language: string,
 /**
- * Another number if its text is another.
+ * A number that differs for different texts of the script.
  */
 version: number, };
 
 /**
- * Where a scene is from.
+ * The source of a scene: recently opened, in the working folder, or part of the program.
  */
 export type Section = "recent" | "own" | "program";
 
@@ -278,11 +278,11 @@ export type Stream = { name: string, unit: string, color: [number, number, numbe
 times: Array<number | null>, values: Array<number | null>, };
 
 /**
- * The image on a part, and how it is projected.
+ * A texture: an image on a part, and its projection.
  */
 export type Texture = {
 /**
- * The hash of the image, which is a message of its own.
+ * The hash of the image, which is sent as a separate message.
  */
 image: string,
 /**
@@ -298,7 +298,7 @@ size: [number, number],
  */
 pose: [number, number, number, number, number, number, number],
 /**
- * Whether it repeats to the right, and up.
+ * Whether the image repeats to the right, and upwards.
  */
 repeat: [boolean, boolean],
 /**
@@ -315,7 +315,7 @@ blend: string, };
  */
 export type ToPage = { "type": "hello", version: number,
 /**
- * Whether the client may act.
+ * Whether the client has control rights.
  */
 acts: boolean,
 /**
@@ -323,15 +323,15 @@ acts: boolean,
  */
 look?: string, speed: number, } | { "type": "scene", file: string,
 /**
- * The number of the scene among those that the program has opened: the same file may be opened again.
+ * Serial number of the scene among those opened so far, since the same file may be opened again.
  */
 opened: number, dt: number, objects: Array<SceneObject>, scripts: Array<Script>,
 /**
- * What was noted when the scene was read, such as what an importer left out.
+ * Notes from loading the scene, such as features that an importer does not support.
  */
 notes: Array<string>, } | { "type": "objects", objects: Array<SceneObject>, } | { "type": "state", state: RunState, speed: number, dt: number,
 /**
- * What the next undo and redo do, in words.
+ * Descriptions of the next undo and redo.
  */
 undo: string | null, redo: string | null,
 /**
@@ -339,11 +339,11 @@ undo: string | null, redo: string | null,
  */
 unsaved: boolean,
 /**
- * The file of the scene, and whether it is there.
+ * The file of the scene, and whether it exists.
  */
 file: string, on_disk: boolean,
 /**
- * When a program that ended unexpectedly wrote a copy of unsaved edits, Unix time in s.
+ * Time of the copy of unsaved edits that a crashed program left, Unix time in s.
  */
 recovery: number | null, } | { "type": "event", name: string, payload: any, } | { "type": "readings", readings: { [key in number]: Reading | null }, } | { "type": "drawings", drawings: Array<Drawing>, } | { "type": "streams", graph: number, streams: Array<Stream>, } | { "type": "values", of: number, samples: Array<Sample>, } | { "type": "data", object: number, data: { [key in string]: string }, } | { "type": "overlays", contacts: Array<ContactMark>, bodies: Array<BodyMark>, } | { "type": "details", object: number, rows: Array<Row>, } | { "type": "script", script: number, text: string, version: number, } | { "type": "commands", commands: Array<Command>, } | { "type": "files", files: Array<SceneFile>,
 /**
@@ -352,7 +352,7 @@ recovery: number | null, } | { "type": "event", name: string, payload: any, } | 
 folder: string, } | { "type": "result", of: number, results: Array<any>, } | { "type": "error", error: string, help?: string, of?: number, };
 
 /**
- * The volume in which a sensor detects; lengths in m, angles in rad. Infinite numbers are left out.
+ * The detection volume of a sensor; lengths in m, angles in rad. Infinite values are omitted.
  */
 export type Volume = {
 /**
@@ -361,6 +361,6 @@ export type Volume = {
 volume?: string, range?: number, near?: number, angle?: number, height?: number, radius_near?: number, radius_far?: number, size_near?: [number, number], size_far?: [number, number], };
 
 /**
- * What is watched of an object: the key of a property, or the name of a field of its readings.
+ * A watched value of an object: the key of a property, or the name of a field of its readings.
  */
 export type Watched = { object: number, key: string, };

@@ -1,5 +1,5 @@
 // @ts-check
-// Pushing bodies: Shift and a drag pull what is under the pointer, as a spring would.
+// Pushes bodies: a drag with Shift pulls the body under the pointer with the force of a spring.
 
 import * as THREE from "three";
 import { get, make } from "tatu/dom";
@@ -14,22 +14,22 @@ import { camera, controls, hitAt, redraw, renderer, rayAt, stage } from "tatu/vi
 
 /** @import { Vec3 } from "tatu/geometry" */
 /**
- * What is held: the body, its mass with all that it carries, its centre of mass and the point in its frame, where the
- * pointer is, what the force is bounded by, when it was pulled last,
- * and whether its form rolls or else what was up in its frame.
+ * The held body: its mass including attached bodies, its centre of mass and the held point in its frame, the position
+ of * the pointer, the bound of the force, the time of the last pull, whether its form rolls, and the direction in its
+ frame * that was up when it was taken.
  * @typedef {{ id: number, mass: number, com: Vec3, plane: THREE.Plane, point: Vec3, goal: THREE.Vector3, bound: number, time: number | null, rolls: boolean, up: Vec3 | null }} Held
  */
 /** @type {Held | null} */
 let held = null;
-/** The number of the drag: what is asked at its beginning may come when it has ended. */
+/** Serial number of the drag, since answers to requests at its start may arrive after its end. */
 let drag = 0;
 /** @type {Vec3} */
 const UP = [0, 0, 1];
 /** Forms that roll instead of tipping. */
 const ROUND = ["sphere", "cylinder", "capsule"];
-/** The longest time for which the force of one step may stand, s: a page that stalls pulls less, not harder and late. */
+/** Maximum time over which a single push is accumulated, s, so that a page that stalls does not push too hard later. */
 const LONGEST = 0.05;
-/** The arrow: its radius where it is thinnest and thickest, in parts of its distance from the camera, and its colors. */
+/** Minimum and maximum radius of the arrow, relative to its distance from the camera, and the corresponding colors. */
 const [THIN, THICK] = [0.003, 0.009];
 const [WEAK, STRONG] = [new THREE.Color(0xffc400), new THREE.Color(0xe02000)];
 
@@ -73,7 +73,7 @@ function draw({ goal, mass }, here, force) {
 }
 
 /**
- * The mass of a body and of all bodies below it.
+ * Returns a promise of the mass of a body and of all bodies below it, kg.
  * @param {number} id
  * @returns {Promise<number>}
  */
@@ -91,7 +91,7 @@ async function massOf(id) {
 }
 
 /**
- * The body that carries an object.
+ * Returns a promise of the dynamic body to which an object belongs, or of null.
  * @param {number} id
  */
 async function bodyOf(id) {
@@ -112,7 +112,7 @@ canvas.addEventListener("pointerdown", async (e) => {
   const own = ++drag;
   const plane = new THREE.Plane().setFromNormalAndCoplanarPoint(camera.getWorldDirection(new THREE.Vector3()), hit.point);
   const goal = hit.point.clone();
-  // The pointer moves on while the program is asked.
+  // The pointer is tracked while the request is pending.
   const follow = (/** @type {PointerEvent} */ at) => { rayAt(at).ray.intersectPlane(plane, goal); };
   canvas.addEventListener("pointermove", follow);
   const body = await bodyOf(hit.id).catch(() => null);
@@ -141,7 +141,8 @@ function release() {
 for (const kind of ["pointerup", "pointercancel"]) addEventListener(kind, release);
 
 /**
- * Pulls once, by what the program says of the body now: frames round poses, and may come late and several at once.
+ * Pulls once, based on the body's current state as requested from the program, since frames have rounded poses and may
+ * arrive late.
  * @param {Held} of
  * @param {number} passed since the last pull, s
  */
@@ -154,7 +155,7 @@ async function act(of, passed) {
   const arm = minus(here, center);
   const velocity = plus(linear, cross(angular, arm));
   const way = minus(numbers(of.goal), here);
-  // In the frame of the body, what was up when it was taken.
+  // The direction in the frame of the body that was up when it was taken.
   of.up ??= rotate(conjugate(body), UP);
   const part = of.rolls ? 1 : steadied(between(UP, rotate(body, of.up)));
   /** @type {Vec3} */
@@ -162,7 +163,7 @@ async function act(of, passed) {
   pull(way, velocity, of.mass, of.bound).forEach((x, i) => { force[i] = part * x; });
   of.bound = grown(of.bound, way, velocity, passed);
   draw(of, new THREE.Vector3(...here), Math.hypot(...force));
-  // A force acts for one step, and there may be several from one to the next.
+  // A force acts for one step only, so it is scaled by the number of steps since the last pull.
   const steps = Math.max(1, passed / scene.dt);
   const times = (/** @type {Vec3} */ v) => v.map((x) => x * steps);
   await call("sim.addForceAndTorque", of.id, times(force), times(turning(arm, force)));

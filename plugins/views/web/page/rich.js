@@ -1,15 +1,15 @@
 // @ts-check
-// Texts of scripts with a few marks in them: what they mean is made of elements, never of markup.
+// Formatted texts of scripts. Supported tags are converted to DOM elements; markup is never inserted as HTML.
 
 const TAGS = new Set(["B", "I", "U", "BIG", "SMALL", "BR", "P", "H1", "H2", "H3", "H4", "TABLE", "TBODY", "TR", "TD", "TH", "UL", "OL", "LI", "CENTER", "FONT", "SPAN", "DIV", "STRONG", "EM", "HR", "PRE", "TT", "CODE", "A"]);
 
-/** What `style` may say: colours and letters. */
+/** CSS properties that `style` may set: colours and fonts. */
 const STYLES = ["color", "background-color", "font-size", "font-weight", "font-style", "text-align"];
 
 /** @typedef {(href: string) => void} OnLink */
 
 /**
- * Gives an element the style that a script asks for.
+ * Applies the style that a script requests to an element.
  * @param {HTMLElement} element
  * @param {unknown} text
  */
@@ -45,7 +45,7 @@ function copy(node, to, onLink) {
 }
 
 /**
- * Fills an element with a text that may have marks.
+ * Fills an element with a text that may contain tags.
  * @param {HTMLElement} element
  * @param {unknown} text
  * @param {OnLink} [onLink]

@@ -1,5 +1,5 @@
 // @ts-check
-// New, open, save; undo and redo; and that nothing which is in no file is lost unasked.
+// New, open, save; undo and redo; questions before unsaved changes are lost.
 
 import { failure } from "tatu/calls";
 import { ask, askText, choose } from "tatu/dialogs";
@@ -15,7 +15,8 @@ const guards = [];
 const holders = [];
 
 /**
- * Registers what else may be unsaved: whether it is, and what asks for it before another scene is opened.
+ * Registers another source of unsaved changes: a function that returns whether there are any, and one that asks about
+ them * before another scene is opened.
  * @param {() => boolean} isUnsaved
  * @param {() => Promise<boolean>} mayLeave
  */
@@ -25,7 +26,7 @@ export function guard(isUnsaved, mayLeave) {
 }
 
 /**
- * Files as people read them: without the folder that the program was started in.
+ * Returns a file name for display, without the working folder of the program.
  * @param {string} file
  */
 function short(file) {
@@ -33,7 +34,7 @@ function short(file) {
 }
 
 /**
- * Saves into the scene's own file; a promise of whether it was saved.
+ * Saves to the scene's own file; returns a promise of whether it was saved.
  * @param {boolean} [over] even if the file has changed on disk
  * @returns {Promise<boolean>}
  */
@@ -54,7 +55,7 @@ export async function save(over = false) {
   }
 }
 
-/** The name that is proposed: beside the scene, if that is below the working folder. */
+/** Returns a proposed name, in the folder of the scene if that is below the working folder. */
 function proposal() {
   const name = short(known.file || "scene.toml").replace(/\.\w+$/, "") + ".toml";
   const inside = !/^([\\/]|\w:|\.\.)/.test(name);
@@ -62,7 +63,7 @@ function proposal() {
 }
 
 /**
- * Asks for a name and saves under it; a promise of whether it was saved.
+ * Asks for a name and saves with it; returns a promise of whether the scene was saved.
  * @param {string} [proposed]
  * @returns {Promise<boolean>}
  */
@@ -93,7 +94,7 @@ async function saveUnder(name, over) {
 }
 
 /**
- * Asks what becomes of unsaved changes; a promise of whether the scene may be left.
+ * Asks what to do with unsaved changes; returns a promise of whether the scene may be closed.
  * @returns {Promise<boolean>}
  */
 export async function mayLeave() {
@@ -103,7 +104,7 @@ export async function mayLeave() {
   const chosen = await ask("Save the changes?", text, ["Save", "Discard", "Cancel"]);
   if (chosen === "Save") return save();
   if (chosen !== "Discard") return false;
-  // The copy of the changes goes as well.
+  // The backup copy of the changes is removed as well.
   await call("tatu.recover", false).catch(tell);
   return true;
 }
@@ -130,9 +131,9 @@ get("save-as").onclick = () => { saveAs(); };
 get("undo").onclick = () => { step(true); };
 get("redo").onclick = () => { step(false); };
 
-/** The scene of a program that was started without one. */
+/** Name of the scene of a program that was started without one. */
 const NOTHING = /(^|[\\/])nothing\.toml$/;
-/** A scene that was never saved. */
+/** Name of a scene that was never saved. */
 const UNTITLED = /(^|[\\/])untitled(-\d+)?\.toml$/;
 const RUNS = "not while the simulation runs: a stop takes back what was changed since the start";
 
@@ -168,7 +169,7 @@ addEventListener("beforeunload", (e) => {
   if (rights.acts && (known.unsaved || holders.some((is) => is()))) e.preventDefault();
 });
 
-// A copy of changes that a program left which ended unexpectedly.
+// Offers to restore the backup copy of changes that a crashed program left.
 let offered = "";
 watchEdits(async ({ recovery, file }) => {
   if (!rights.acts || recovery === null) return;
@@ -181,7 +182,8 @@ watchEdits(async ({ recovery, file }) => {
   if (chosen === "Restore" || chosen === "Discard") await call("tatu.recover", chosen === "Restore").catch(tell);
 });
 
-// A program that was started again without the scene that was open here opens it, so that its copy is offered.
+// If the program was restarted without the scene that was open here, the page opens it, so that its backup copy is
+// offered.
 let before = "";
 on("again", ({ restarted }) => {
   offered = "";

@@ -1,5 +1,5 @@
 // @ts-check
-// Windows that scripts open, with their widgets; what is done to them goes back to the script.
+// Windows that scripts open, with their widgets; user actions are sent to the script.
 
 import { get } from "tatu/dom";
 import { movable } from "tatu/floating";
@@ -10,7 +10,7 @@ import { build, refresh } from "tatu/widgets";
 
 /** @import { WidgetWindow } from "tatu/widgets" */
 /**
- * A window: what the script told of it, and its elements.
+ * A window: its description by the script, and its elements.
  * @typedef {WidgetWindow & { window: number, act: string, box: HTMLElement, title: HTMLElement }} ScriptWindow
  */
 
@@ -19,7 +19,7 @@ const host = get("view");
 const open = new Map();
 
 /**
- * Tells the script what was done.
+ * Reports a user action to the script.
  * @param {ScriptWindow} window
  * @param {number} n
  * @param {string} what
@@ -35,13 +35,13 @@ async function act(window, n, what, value) {
 }
 
 /**
- * What a window as a whole holds.
+ * Updates the properties of a window.
  * @param {ScriptWindow} window
  */
 function place({ box, title, widgets }) {
   const values = widgets[0]?.values ?? {};
   title.textContent = values.title ?? "";
-  // A window of an object is shown while that is selected.
+  // A window that belongs to an object is shown while the object is selected.
   box.hidden = values.visible === false || (Number.isInteger(values.for) && !selection().includes(values.for));
   box.inert = values.enabled === false || !rights.acts;
   box.setAttribute("aria-label", values.title || "window of a script");
@@ -88,7 +88,7 @@ function closeAll() {
 }
 
 watch("selected", () => { for (const window of open.values()) place(window); });
-// The program opens again those that are still there.
+// After a reconnection, the program sends the windows that still exist.
 on("again", closeAll);
 on("event", ({ name, payload }) => {
   if (name === "stopped") closeAll();

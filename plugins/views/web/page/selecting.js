@@ -1,5 +1,5 @@
 // @ts-check
-// Selecting in the view: by clicks, from models to their parts, and by a box.
+// Selection in the view: by clicks, from models to their parts, and by a box.
 
 import * as THREE from "three";
 import { get, make } from "tatu/dom";
@@ -11,11 +11,11 @@ import { camera, controls, hitAt, host, renderer } from "tatu/view";
 
 const canvas = renderer.domElement;
 const tool = get("select");
-/** Pixels that a pointer may move during a click. */
+/** Maximum distance that the pointer may move during a click, pixels. */
 const STILL = 4;
 
 /**
- * The outermost model that an object belongs to; itself if there is none.
+ * Returns the outermost model that an object belongs to, or the object itself if there is none.
  * @param {number} id
  */
 export function modelOf(id) {
@@ -24,7 +24,7 @@ export function modelOf(id) {
   return found;
 }
 
-/** Selects what is above the selection: the model of a part, then nothing. */
+/** Moves the selection up: from a part to its model, then to nothing. */
 export function selectAbove() {
   let o = scene.objects.get(selected());
   for (o = o && scene.objects.get(o.parent); o; o = scene.objects.get(o.parent)) {
@@ -51,12 +51,12 @@ canvas.addEventListener("pointerup", (e) => {
     if (part) select(model, true);
     return;
   }
-  // A second click goes from a model to its part.
+  // A second click on a model selects the part.
   const again = selected() === model || (selected() === part && part !== 0);
   select(again ? part : model);
 });
 
-// A box: with Shift on empty ground, with Shift anywhere while nothing can be pushed, or with the tool.
+// A selection box starts with Shift on empty ground, with Shift anywhere while nothing can be pushed, or with the tool.
 tool.onclick = () => tool.setAttribute("aria-pressed", String(tool.getAttribute("aria-pressed") !== "true"));
 const frame = make("div", { id: "box", hidden: true });
 host.append(frame);
@@ -99,7 +99,7 @@ addEventListener("pointerup", (e) => {
 });
 
 /**
- * Models and objects whose middle is in a box; floors are in none.
+ * Returns the models and objects whose centre is in a box on the screen, except for floors.
  * @param {{ x: number, y: number }} a
  * @param {{ x: number, y: number }} b
  */

@@ -1,5 +1,5 @@
 // @ts-check
-// What sensors sense: beams to what was seen, fans of scans, images, places of GPS.
+// Readings of sensors in the view: beams to detected points, fans of scans, images, GPS positions.
 
 import * as THREE from "three";
 import { hang, isLarge } from "tatu/crowd";
@@ -22,7 +22,7 @@ const POINT = new THREE.PointsMaterial({ color: 0xe0352b, size: 6, sizeAttenuati
 const PLACE = new THREE.PointsMaterial({ color: 0x8a3ffc, size: 9, sizeAttenuation: false, depthTest: false });
 const FAN = new THREE.MeshBasicMaterial({ color: 0x2b7de0, transparent: true, opacity: 0.22, side: THREE.DoubleSide, depthWrite: false });
 const rays = get("rays", HTMLInputElement);
-/** What is drawn of each sensor, and what it read last, by handle. @type {Map<number, THREE.Group>} */
+/** The drawing of each sensor, and its last reading, by handle. @type {Map<number, THREE.Group>} */
 const drawn = new Map();
 /** @type {Map<number, Reading>} */
 const last = new Map();
@@ -52,7 +52,7 @@ function proximity(r) {
 }
 
 /**
- * A fan of triangles between neighbouring beams.
+ * Returns a fan of triangles between neighbouring beams.
  * @param {Scan} r
  */
 function scan(r) {
@@ -64,7 +64,7 @@ function scan(r) {
 }
 
 /**
- * Where a receiver says that it is, and the way from where it is.
+ * Draws the measured position of a GPS receiver, and a line from its true position.
  * @param {THREE.Object3D} group
  * @param {Place} r
  */
@@ -86,11 +86,11 @@ function parts(group, r) {
   }
 }
 
-/** Draws what a sensor read last. @param {number} id */
+/** Draws the last reading of a sensor. @param {number} id */
 function draw(id) {
   erase(id);
   const [group, reading] = [groups.get(id), last.get(id)];
-  // Of large scenes only what the selected sensor sees is drawn.
+  // In large scenes, only the reading of the selected sensor is drawn.
   if (!group || !reading || !rays.checked || (isLarge() && id !== selected())) return;
   const own = new THREE.Group();
   own.add(...parts(group, reading));
@@ -98,7 +98,7 @@ function draw(id) {
   hang(group, own);
 }
 
-/** Draws all readings again. */
+/** Redraws all readings. */
 function drawAll() {
   for (const id of new Set([...drawn.keys(), ...last.keys()])) draw(id);
   redraw();
@@ -113,7 +113,7 @@ on("readings", ({ readings }) => {
   }
   redraw();
 });
-// What was read before a reset or in another scene is no longer true.
+// Readings from before a reset or from another scene are no longer valid.
 watch("scene", () => {
   last.clear();
   drawAll();

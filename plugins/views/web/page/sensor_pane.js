@@ -1,5 +1,5 @@
 // @ts-check
-// All sensors in one list, with what they read at the moment.
+// A list of all sensors with their current readings.
 
 import { cameraSpec } from "tatu/camera_pane";
 import { make } from "tatu/dom";
@@ -15,14 +15,14 @@ import { unwatch, watchValue } from "tatu/watching";
 /** @import { Reading } from "tatu/protocol" */
 /** @import { Series } from "tatu/watching" */
 
-/** Most force sensors whose forces are shown. */
+/** Maximum number of force sensors whose forces are shown. */
 const MOST_FORCES = 40;
 
 /** @param {number | null | undefined} x */
 const short = (x) => (typeof x === "number" ? String(+x.toPrecision(4)) : "\u2014");
 
 /**
- * A reading in a few words.
+ * Formats a reading as a short text.
  * @param {Reading} r
  */
 export function inWords(r) {
@@ -48,7 +48,7 @@ on("readings", ({ readings }) => {
     else last.delete(Number(key));
   }
 });
-// What was read before a reset or in another scene is no longer true.
+// Readings from before a reset or from another scene are no longer valid.
 const forget = () => last.clear();
 on("event", ({ name }) => { if (name === "stopped") forget(); });
 watch("scene", () => { if (scene.another) forget(); });

@@ -1,5 +1,5 @@
 // @ts-check
-// Keys that work wherever no text is being written.
+// Keyboard shortcuts that work whenever no text is being typed.
 
 import { duplicate, hold, paste, remove } from "tatu/clipboard";
 import { known } from "tatu/edits";
@@ -10,7 +10,7 @@ import { fitSelection } from "tatu/looking";
 import { host } from "tatu/view";
 import { isPlacing } from "tatu/placing";
 
-/** Whether keys belong to a field, an editor or a dialog. */
+/** Returns whether keys are handled by a field, an editor or a dialog. */
 function isWriting() {
   const e = document.activeElement;
   const inField = e instanceof HTMLElement && (e.isContentEditable || /^(INPUT|TEXTAREA|SELECT)$/.test(e.tagName));
@@ -24,27 +24,27 @@ const WITH_CTRL = {
 /** @type {{ [key: string]: () => void }} */
 const ALONE = { Delete: remove, f: fitSelection, F2: renameSelected, Escape: selectAbove };
 
-// Before others: in the view all other keys go to the simulation.
+// Registered for the capture phase, because all other keys in the view go to the simulation.
 document.addEventListener("keydown", (e) => {
   if (e.altKey) return;
   const ctrl = e.ctrlKey || e.metaKey;
   const key = e.key.length === 1 ? e.key.toLowerCase() : e.key;
   if (ctrl && key === "s") {
-    // The editor saves its script by the same keys.
+    // In the editor, the same keys save the script.
     if (document.activeElement?.closest("#editor") || document.querySelector("dialog[open]")) return;
     e.preventDefault();
-    // A field takes what is written in it when it loses the focus.
+    // A field accepts its text when it loses the focus.
     if (isWriting() && document.activeElement instanceof HTMLElement) document.activeElement.blur();
     save();
     return;
   }
-  // Menus, windows and the palette are closed by Escape themselves.
+  // Menus, windows and the palette handle Escape themselves.
   if (isWriting() || isPlacing() || document.activeElement?.closest(".menu, #palette, .pane")) return;
-  // During a run, keys that are pressed in the view go to scripts.
+  // During a run, keys that are pressed in the view are passed to scripts.
   if (!ctrl && known.state !== "stopped" && document.activeElement === host) return;
   let act = ctrl ? WITH_CTRL[key] : e.shiftKey ? undefined : ALONE[key];
   if (ctrl && e.shiftKey) act = key === "z" ? () => step(false) : undefined;
-  // Text that is marked anywhere is copied as text.
+  // If text is selected, it is copied as text.
   if (!act || (ctrl && key === "c" && !getSelection()?.isCollapsed)) return;
   e.preventDefault();
   e.stopPropagation();

@@ -1,5 +1,5 @@
 // @ts-check
-// The grid and the angle to which things snap while they are placed, moved and turned.
+// The grid and the angle to which objects snap while they are placed, moved and turned.
 
 import { get } from "tatu/dom";
 import { snap } from "tatu/geometry";
@@ -19,18 +19,18 @@ for (const field of [grid, turns]) {
   });
 }
 
-/** The step of positions, m; 0: none. */
+/** Returns the step of positions, m; 0: none. */
 export function lengthStep() {
   return Number(grid.value);
 }
 
-/** The step of angles, rad; 0: none. */
+/** Returns the step of angles, rad; 0: none. */
 export function angleStep() {
   return (Number(turns.value) * Math.PI) / 180;
 }
 
 /**
- * A position on the grid.
+ * Rounds a coordinate to the grid.
  * @param {number} x m
  */
 export function snapLength(x) {
@@ -38,7 +38,7 @@ export function snapLength(x) {
 }
 
 /**
- * An angle at a whole number of steps.
+ * Rounds an angle to a whole number of steps.
  * @param {number} a rad
  */
 export function snapAngle(a) {

@@ -1,16 +1,16 @@
 // @ts-check
-// The bars between the panels: dragged, moved by the arrow keys, and remembered.
+// The bars between the panels, which can be moved by a drag or by the arrow keys; their positions are remembered.
 
 import { get, make } from "tatu/dom";
 
 const main = get("middle").parentElement ?? document.body;
-/** Pixels that a key moves a bar. */
+/** Distance by which a key moves a bar, pixels. */
 const STEP = 16;
-/** The least width of a panel, and of what is between them. */
+/** Minimum width of a panel, and of the view between the panels, pixels. */
 const [LEAST, MIDDLE] = [110, 320];
 
 /**
- * Makes the bar at a side of the view.
+ * Creates the bar at a side of the view.
  * @param {"left" | "right"} side
  * @param {string} name
  */

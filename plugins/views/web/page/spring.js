@@ -1,22 +1,23 @@
 // @ts-check
-// The force with which a hand pulls a body: a critically damped spring with a bound. Nothing here needs a page.
+// The force with which the pointer pulls a body: a critically damped spring with a bound. This module does not need a
+// page.
 
 import { cross, dot, minus } from "./geometry.js";
 
 /** @import { Vec3 } from "tatu/geometry" */
 
-/** Natural frequency at the beginning, rad/s. */
+/** Initial natural frequency, rad/s. */
 const RATE = 3;
-/** The greatest force for each kg at the beginning, N/kg: too little to tip a robot whose wheels brake. */
+/** Initial bound of the force per mass, N/kg: too little to tip over a robot whose wheels brake. */
 export const LEAST = 3.5;
-/** How fast this bound grows while the body rests, N/kg for each s, and up to where: enough to lift it. */
+/** Growth of the bound while the body rests, N/kg per s, and its maximum, N/kg, which is enough to lift the body. */
 const GROWTH = 6;
 export const MOST = 15;
-/** A body rests below this speed, m/s, if it is farther away than this, m. */
+/** A body counts as resting below this speed, m/s, if its distance from the pointer is greater than this, m. */
 const [RESTS, AWAY] = [0.05, 0.02];
 
 /**
- * The force of the spring, N. It is stiffer when its bound has grown, and damped critically all the same.
+ * Returns the force of the spring, N. Its stiffness grows with the bound; it is always critically damped.
  * @param {Vec3} way from the body to the pointer, m
  * @param {Vec3} velocity m/s
  * @param {number} mass kg
@@ -41,7 +42,7 @@ function scaled([x, y, z], k) {
 }
 
 /**
- * The bound after some time: what rests away from the pointer is pulled harder.
+ * Returns the bound after some time, which grows while the body rests away from the pointer.
  * @param {number} bound N/kg
  * @param {Vec3} way from the body to the pointer, m
  * @param {Vec3} velocity m/s
@@ -52,11 +53,11 @@ export function grown(bound, way, velocity, passed) {
   return isHeld ? Math.min(MOST, bound + GROWTH * passed) : bound;
 }
 
-/** From which tilt on a body that stands is pulled less, and from which not at all, degrees. */
+/** Tilt from which an upright body is pulled less, and from which it is not pulled at all, degrees. */
 const [LEANS, TIPS] = [2, 6];
 
 /**
- * Which part of its force is left for a body that has tilted, since what stands should not fall.
+ * Returns the factor of the force for a tilted body, which keeps upright bodies from falling over.
  * @param {number} tilt degrees
  */
 export function steadied(tilt) {
@@ -64,7 +65,7 @@ export function steadied(tilt) {
 }
 
 /**
- * The angle between two directions, degrees.
+ * Returns the angle between two directions, degrees.
  * @param {Vec3} a
  * @param {Vec3} b
  */
@@ -73,8 +74,8 @@ export function between(a, b) {
 }
 
 /**
- * The torque of a force that acts at the height of the centre of mass: it turns about the vertical only, and tips
- * nothing.
+ * Returns the torque of a force that acts at the height of the centre of mass: it only turns the body about the
+ vertical * axis, and cannot tip it over.
  * @param {Vec3} arm from the centre of mass to the point, m
  * @param {Vec3} force N
  * @returns {Vec3}

@@ -1,9 +1,9 @@
 // @ts-check
-// What can be added to a scene, and how a scene file describes it. Nothing here needs a page.
+// Items that can be added to a scene, with their descriptions for scene files. This module does not need a page.
 
 /**
- * An entry of the palette. It is described by `toml`, or it is the model `model`. `size` is what the preview shows, m;
- * `lift` is how far its origin is above what it stands on, m; with `attach` it hangs on what is below it.
+ * An entry of the palette, described by `toml`, or by the model `model`. `size` is that of the preview, m; `lift` is
+ the * height of its origin above the surface below, m; with `attach` it is attached to the object below.
  * @typedef {{ name: string, text: string, toml: string, model?: string, form: string, size: [number, number, number], lift: number, attach: boolean }} Item
  */
 /** @typedef {{ name: string, items: Item[] }} Section */
@@ -75,7 +75,7 @@ export const FIXED = [
 ];
 
 /**
- * Kinds of devices, as `tatu.kinds` lists them.
+ * Returns sections with the kinds of devices that `tatu.kinds` returns.
  * @param {{ object: string, id: string, text: string }[]} kinds
  * @returns {Section[]}
  */
@@ -87,7 +87,7 @@ export function devices(kinds) {
 }
 
 /**
- * Models, as `tatu.models` lists them.
+ * Returns a section with the models that `tatu.models` returns.
  * @param {{ id: string, text: string }[]} models
  * @returns {Section}
  */

@@ -1,5 +1,5 @@
 // @ts-check
-// What the page knows: the scene, and what is selected.
+// The state of the page: the scene, and the selection.
 
 import { get } from "tatu/dom";
 import { on } from "tatu/net";
@@ -7,7 +7,7 @@ import { want } from "tatu/wants";
 
 /** @import { SceneObject, Script } from "tatu/protocol" */
 /**
- * The scene; `another`: it is not the one that was there before.
+ * The scene; `another` is set if it is not the scene that was shown before.
  * @typedef {{ file: string, opened: number, another: boolean, dt: number, objects: Map<number, SceneObject>, scripts: Script[] }} Scene
  */
 
@@ -16,12 +16,12 @@ import { want } from "tatu/wants";
  * @type {Scene}
  */
 export const scene = { file: "", opened: -1, another: true, dt: 0.05, objects: new Map(), scripts: [] };
-/** Whether this page may act. */
+/** Whether this page has control rights. */
 export const rights = { acts: true };
 
 /**
- * What can be watched, and what its watchers get: the scene when it is new; objects that have changed otherwise than by
- * moving; the object that was selected last, 0: none.
+ * The events that can be watched, and their arguments: a new scene; objects with changes other than motion; the object
+ that * was selected last, 0: none.
  * @typedef {{ scene: Scene, objects: SceneObject[], selected: number }} Watched
  */
 /** @type {{ [K in keyof Watched]: ((value: Watched[K]) => void)[] }} */
@@ -50,7 +50,7 @@ export function selection() {
 }
 
 /**
- * Selects an object; 0: none. With `add`, it joins the others, or leaves them if it is among them.
+ * Selects an object; 0: none. With `add`, it is added to the selection, or removed if it is already selected.
  * @param {number} id
  * @param {boolean} [add]
  */
@@ -60,7 +60,7 @@ export function select(id, add = false) {
 }
 
 /**
- * An object and all that is below it, parents first.
+ * Returns an object and all objects below it, parents first.
  * @param {number} id
  */
 export function under(id) {
@@ -78,7 +78,7 @@ export function under(id) {
 }
 
 /**
- * The path of an object, by aliases; "": there is none.
+ * Returns the path of an object, made of aliases, or "" if the object does not exist.
  * @param {number} id
  */
 export function pathOf(id) {
@@ -88,7 +88,7 @@ export function pathOf(id) {
 }
 
 /**
- * The first object at a path of aliases; 0: none.
+ * Returns the first object at a path of aliases; 0: none.
  * @param {string} path
  */
 export function objectAt(path) {
@@ -115,7 +115,7 @@ export function selectAll(ids) {
 }
 
 /**
- * Selects new objects as soon as the scene has them.
+ * Selects new objects as soon as the scene contains them.
  * @param {number[]} ids
  */
 export function selectWhenThere(ids) {
@@ -127,7 +127,7 @@ function choose() {
   if (wanted.length && wanted.every((id) => scene.objects.has(id))) selectAll(wanted);
 }
 
-/** Asks for the image or the streams of the selected object. */
+/** Requests the image or the streams of the selected object. */
 function request() {
   const id = selected();
   const o = scene.objects.get(id);
@@ -152,7 +152,7 @@ on("objects", ({ objects }) => {
   for (const o of known) scene.objects.set(o.id, o);
   for (const f of watchers.objects) f(known);
 });
-// A scene that was saved under another name is the same one.
+// A scene that was saved under another name still counts as the same scene.
 on("state", ({ file }) => {
   if (file === scene.file) return;
   scene.file = file;

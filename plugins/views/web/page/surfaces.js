@@ -1,5 +1,5 @@
 // @ts-check
-// Images on surfaces: each is projected onto a form as the simulation does it, by a place in the image for each corner.
+// Textures: projects images onto forms as the simulation does, by computing texture coordinates for each vertex.
 
 import * as THREE from "three";
 import { lit } from "tatu/light";
@@ -19,7 +19,8 @@ on("texture", (view) => {
 });
 
 /**
- * The image as it is drawn: where it does not simply multiply the color of the surface, both are mixed once and for all.
+ * Returns the image for drawing. If its blend mode is not a multiplication with the color of the surface, both are
+ blended * in advance.
  * @param {Texture} texture
  * @param {[number, number, number]} color
  */
@@ -57,10 +58,10 @@ function material(texture, color) {
 }
 
 /**
- * The place of a point in the image: 0 to 1 to the right and up.
+ * Returns the texture coordinates of a point: 0 to 1 to the right and upwards.
  * @param {Texture} texture
  * @param {THREE.Vector3} p in the frame of the projection
- * @param {THREE.Vector3} n the normal there
+ * @param {THREE.Vector3} n the surface normal at the point
  * @returns {[number, number]}
  */
 export function placeOf({ mapping, size }, p, n) {
@@ -77,7 +78,7 @@ export function placeOf({ mapping, size }, p, n) {
 }
 
 /**
- * A form with an image on it, or null as long as that is not there.
+ * Returns a textured form, or null as long as the image has not arrived.
  * @param {Texture} texture
  * @param {[number, number, number]} color
  * @param {THREE.BufferGeometry} form
@@ -86,14 +87,14 @@ export function placeOf({ mapping, size }, p, n) {
 export function clad(texture, color, form, scale) {
   const drawn = material(texture, color);
   if (!drawn) return null;
-  // A mesh without coordinates keeps its color.
+  // A mesh without texture coordinates is drawn in its color only.
   if (texture.mapping === "mesh" && !form.getAttribute("uv")) return null;
   const geometry = form.index ? form.toNonIndexed() : form.clone();
   if (texture.mapping === "mesh") {
     const given = geometry.getAttribute("uv");
     const [width, height] = texture.size;
     const own = new Float32Array(2 * given.count);
-    // Rows of the image are stored from above.
+    // Image rows are stored from top to bottom.
     for (let i = 0; i < given.count; i++) own.set([given.getX(i) / width, 1 - given.getY(i) / height], 2 * i);
     geometry.setAttribute("uv", new THREE.BufferAttribute(own, 2));
     return { geometry, material: drawn };
@@ -107,16 +108,16 @@ export function clad(texture, color, form, scale) {
   const places = new Float32Array(2 * points.count);
   for (let i = 0; i < points.count; i += 3) {
     [a, b, c].forEach((p, k) => p.fromBufferAttribute(points, i + k).multiply(scale).sub(origin).applyQuaternion(back));
-    // One side of the box for a whole triangle.
+    // All corners of a triangle use the same side of the box.
     n.copy(b).sub(a).cross(c.clone().sub(a));
     if (n.lengthSq() === 0) n.fromBufferAttribute(normals, i).applyQuaternion(back);
     const three = [a, b, c].map((p) => placeOf(texture, p, n));
     const [first = 0] = three[0] ?? [];
     three.forEach(([right, up], k) => {
-      // Where it closes around the axis, the corners of a triangle are on one side.
+      // At the seam, all corners of a triangle are moved to the same side.
       const whole = texture.mapping === "cylinder" || texture.mapping === "sphere" ? 1 / size[0] : 0;
       const closed = whole ? right - whole * Math.round((right - first) / whole) : right;
-      // Rows of the image are stored from above.
+      // Image rows are stored from top to bottom.
       places.set([closed, 1 - up], 2 * (i + k));
     });
   }

@@ -1,5 +1,5 @@
 // @ts-check
-// Curves as a table for spreadsheets, and files that the browser saves. Nothing of the first needs a page.
+// Formats curves as tables for spreadsheets, and lets the browser save files. Only the latter needs a page.
 
 /** @import { Curve } from "tatu/plot" */
 
@@ -9,7 +9,7 @@ function cell(text) {
 }
 
 /**
- * Curves as comma-separated values: a row for each time that any of them has, empty where a curve has no number.
+ * Formats curves as comma-separated values: one row for each time of any curve, with empty cells for missing values.
  * @param {Curve[]} curves
  * @param {string} first the heading of the first column
  */
@@ -22,9 +22,9 @@ export function csv(curves, first) {
 }
 
 /**
- * X-Y curves as comma-separated values: two columns for each.
+ * Formats x-y curves as comma-separated values, with two columns per curve.
  * @param {Curve[]} curves
- * @param {string} along the heading of what goes along
+ * @param {string} along the heading of the horizontal values
  */
 export function csvOfPairs(curves, along) {
   const head = curves.flatMap(({ name, unit }) => [along, unit ? `${name} (${unit})` : name]).map(cell).join(",");

@@ -1,5 +1,5 @@
 // @ts-check
-// The tree of objects: a click selects, with Ctrl or Shift more than one; a double click opens the script.
+// The tree of objects. A click selects an object, with Ctrl or Shift several; a double click opens the script.
 
 import { get } from "tatu/dom";
 import { openScript } from "tatu/editor";
@@ -75,7 +75,7 @@ function item(object, children) {
   return li;
 }
 
-/** The handles of the rows, from top to bottom. */
+/** Returns the handles of the rows, from top to bottom. */
 function shownIds() {
   return [...tree.querySelectorAll("[data-id]")].map((row) => Number(/** @type {HTMLElement} */ (row).dataset.id));
 }
@@ -94,7 +94,7 @@ function click(id, e) {
 }
 
 /**
- * The row of an object, if it is shown.
+ * Returns the row of an object, if it is shown.
  * @param {number} id
  */
 export function rowOf(id) {
@@ -134,7 +134,7 @@ function draw() {
 function mark() {
   const chosen = new Set(selection());
   for (const [id, row] of items) row.setAttribute("aria-selected", String(chosen.has(id)));
-  // What a screen reader speaks while the tree has the focus.
+  // The row that a screen reader announces while the tree has the focus.
   const spoken = items.get(selected());
   if (spoken) tree.setAttribute("aria-activedescendant", spoken.id);
   else tree.removeAttribute("aria-activedescendant");
@@ -157,14 +157,14 @@ tree.addEventListener("keydown", (e) => {
 });
 search.oninput = draw;
 watch("scene", () => {
-  // Large models open closed: their base is what one looks for.
+  // Large models are collapsed at first, because users usually look for their base.
   if (scene.objects.size > 60 && !tree.childElementCount) {
     for (const o of scene.objects.values()) if (o.model) closed.add(o.id);
   }
   draw();
 });
 watch("objects", () => {
-  // A row that is being renamed or dragged stays.
+  // The tree is not rebuilt while a row is being renamed or dragged.
   if (tree.querySelector("input")) return;
   draw();
 });

@@ -1,5 +1,5 @@
 // @ts-check
-// Editing in the tree: renaming, attaching by a drag, and the menu of an object.
+// Editing in the tree: renaming, attaching by a drag, and the context menu of an object.
 
 import { duplicate, remove, rename, reparent, tops } from "tatu/clipboard";
 import { tell } from "tatu/output";
@@ -12,10 +12,10 @@ import { rights, scene, select, selected, selection } from "tatu/store";
 import { rowOf } from "tatu/tree";
 
 const tree = get("tree");
-/** Pixels after which a press is a drag. */
+/** Distance in pixels from which a press counts as a drag. */
 const STILL = 4;
 
-/** Lets the selected object be renamed in its row. */
+/** Starts renaming the selected object in its row. */
 export function renameSelected() {
   const id = selected();
   const name = rowOf(id)?.querySelector(".alias");
@@ -42,7 +42,7 @@ export function renameSelected() {
   field.select();
 }
 
-// A drag: onto a row attaches to its object, between rows to what these are below, beside all rows to the world.
+// A drag onto a row attaches to its object, between rows to their parent, and outside of all rows to the world.
 /** @type {{ x: number, y: number, ids: number[], going: boolean } | null} */
 let drag = null;
 /** @type {HTMLElement | null} */
@@ -55,7 +55,7 @@ function rowAt(target) {
 }
 
 /**
- * Where a drop goes: the new parent, and the row and place that show it.
+ * Returns the target of a drop: the new parent, and the row and position of the marker.
  * @param {PointerEvent} e
  */
 function goal(e) {
@@ -93,7 +93,7 @@ addEventListener("pointerup", (e) => {
   drag = null;
   unmark();
   if (!was?.going) return;
-  // The click that follows would select what lies below the pointer.
+  // The click after the drag would select the object under the pointer.
   const swallow = (/** @type {Event} */ click) => click.stopPropagation();
   addEventListener("click", swallow, true);
   setTimeout(() => removeEventListener("click", swallow, true));
@@ -144,7 +144,7 @@ tree.addEventListener("contextmenu", (e) => {
   e.preventDefault();
   if (id && !selection().includes(id)) select(id);
   const box = rowOf(selected())?.getBoundingClientRect();
-  // The menu key tells no place of its own.
+  // The menu key has no position, so the menu opens at the row.
   if (id) menu(e.clientX, e.clientY);
   else if (box) menu(box.left + 20, box.bottom);
 });

@@ -1,5 +1,5 @@
 // @ts-check
-// The bar of moving: whose axes are meant, and numbers to type.
+// The toolbar for moving: the frame of reference, and fields for coordinates.
 
 import { reason } from "tatu/calls";
 import { Carry, carried, placeOf } from "tatu/carrying";
@@ -11,7 +11,7 @@ import { step } from "tatu/nudging";
 /** @import { Frame, Vec3 } from "tatu/geometry" */
 /** @import { Place } from "tatu/carrying" */
 
-/** How often numbers are brought up to date, ms. */
+/** Interval at which the numbers are updated, ms. */
 const OFTEN = 250;
 /** @type {[Frame, string, string][]} */
 const FRAMES = [
@@ -48,7 +48,7 @@ const view = get("view");
 view.append(bar);
 
 /**
- * The numbers of a place in the chosen frame: m or degrees.
+ * Returns the coordinates of a pose in the chosen frame, m or degrees.
  * @param {Place} of
  * @returns {Vec3}
  */
@@ -74,14 +74,14 @@ async function refresh() {
   if (!now || id !== pivot()) return;
   fields.forEach((f, i) => {
     const text = written(now[i] ?? 0);
-    // What is being typed stays.
+    // A field that is being edited is not updated.
     if (document.activeElement === f.field && f.field.value !== f.shown) f.shown = text;
     else f.field.value = f.shown = text;
   });
 }
 
 /**
- * Brings one coordinate to a number.
+ * Sets one coordinate.
  * @param {number} i
  * @param {number} to
  */
@@ -106,7 +106,7 @@ async function apply(i, to) {
 }
 
 /**
- * Takes what a field says.
+ * Applies the text of a field.
  * @param {number} i
  * @param {string} text
  */

@@ -1,12 +1,12 @@
 // @ts-check
-// Values that are only shown: links to objects, numbers, lists and tables.
+// Read-only values: links to objects, numbers, lists and tables.
 
 import { make } from "tatu/dom";
 import { writeNumber } from "tatu/names";
 import { scene, select } from "tatu/store";
 
 /**
- * A link that selects an object.
+ * Creates a link that selects an object.
  * @param {unknown} id
  */
 export function link(id) {
@@ -18,7 +18,7 @@ export function link(id) {
 }
 
 /**
- * A value in words, and links where it names objects.
+ * Returns a value for display, with links to the objects that it refers to.
  * @param {unknown} value
  * @param {number} [factor] for numbers in another unit
  * @returns {Node}

@@ -1,5 +1,6 @@
 // @ts-check
-// Two texts of one script, side by side: the one written here, and the one that another client has saved meanwhile.
+// Shows two versions of a script side by side: the one edited here, and the one that another client saved in the
+// meantime.
 
 import { choose } from "tatu/dialogs";
 import { make } from "tatu/dom";
@@ -16,7 +17,7 @@ function pane(name, value) {
 }
 
 /**
- * Shows both texts, which may be changed; a promise of the one that is kept, null: neither.
+ * Shows both texts, which can be edited; returns a promise of the chosen text, or of null if neither was chosen.
  * @param {string} script
  * @param {string} mine
  * @param {string} theirs
@@ -28,7 +29,7 @@ export async function resolve(script, mine, theirs) {
   other.area.id = "theirs";
   const both = make("div", { className: "both" });
   both.append(own.label, other.label);
-  // What is taken is either text as it stands in its pane: parts may be carried over before.
+  // The chosen text is that of the pane, into which parts of the other may have been merged.
   const text = make("p", { textContent: "Another page has saved this script since it was opened here. Carry over what you need, then choose." });
   const chosen = await choose(`${script} was changed twice`, [text, both], ["Keep mine", "Take theirs", "Cancel"], () => {
     both.closest("dialog")?.classList.add("wide-dialog");

@@ -1,5 +1,5 @@
 // @ts-check
-// The 3-D view: camera, shadows, and when a picture is drawn.
+// The 3-D view: camera, shadows, and rendering on demand.
 
 import * as THREE from "three";
 import { OrbitControls } from "three/controls";
@@ -15,9 +15,9 @@ THREE.Object3D.DEFAULT_UP.set(0, 0, 1);
 /** @import { ObjectGroup } from "tatu/crowd" */
 
 export const host = get("view");
-/** Half the height of the view at a distance of 1, except in parallel projection, which is the same camera from far away. */
+/** Tangent of half the usual field of view; parallel projection uses a narrower one at a greater distance. */
 const USUAL = Math.tan((50 * Math.PI) / 360);
-/** Pixels of the shadows along a side. */
+/** Width and height of the shadow map, pixels. */
 const SHADOWS = 2048;
 
 export const stage = new THREE.Scene();
@@ -27,7 +27,7 @@ camera.position.set(3, -4, 2.5);
 export const renderer = new THREE.WebGLRenderer({ antialias: true, preserveDrawingBuffer: true });
 renderer.setPixelRatio(Math.min(devicePixelRatio, 2));
 renderer.shadowMap.enabled = true;
-// Asking for errors waits until a shader is compiled.
+// Checking for shader errors would block until a shader is compiled.
 renderer.debug.checkShaderErrors = false;
 renderer.shadowMap.type = THREE.PCFShadowMap;
 host.append(renderer.domElement);
@@ -41,11 +41,12 @@ sun.shadow.radius = 1.5;
 stage.add(dome, floor, sun, sun.target, root, crowd);
 onTheme(redraw);
 
-// Two directions across that of the light, along which shadows are moved by whole pixels, so that their edges stand still.
+// Two directions perpendicular to the light. The shadow map is moved along them by whole pixels, so that the edges of
+// shadows do not flicker.
 const across = new THREE.Vector3(0, 1, 0).cross(LAMP).normalize();
 const along = LAMP.clone().cross(across);
 
-/** Fits the shadows to what is looked at. */
+/** Fits the shadow map to the visible part of the scene. */
 function shade() {
   const reach = Math.min(Math.max(0.9 * zoom.value * camera.position.distanceTo(controls.target), 0.3), 60);
   const pixel = (2 * reach) / SHADOWS;
@@ -61,7 +62,7 @@ function shade() {
   sun.shadow.normalBias = 1.2 * pixel;
 }
 
-/** Lets depths begin at a part of the way to what is looked at: the closer they begin, the more thin things flicker. */
+/** Sets the near plane relative to the distance of the target: the closer the plane, the lower the depth resolution. */
 function clip() {
   const near = Math.max(0.005, 0.02 * camera.position.distanceTo(controls.target));
   if (Math.abs(near / camera.near - 1) < 0.1) return;
@@ -69,11 +70,11 @@ function clip() {
   camera.updateProjectionMatrix();
 }
 
-/** What else is drawn with each picture. @type {Set<() => void>} */
+/** Functions that are called before each image of the view. @type {Set<() => void>} */
 const others = new Set();
 
 /**
- * Calls `f` before each picture of the view; returns what ends this.
+ * Calls `f` before each image of the view; returns a function that ends this.
  * @param {() => void} f
  */
 export function alsoDraw(f) {
@@ -82,9 +83,9 @@ export function alsoDraw(f) {
 }
 
 /**
- * Draws what another camera sees into a canvas, by way of a corner of the view that is drawn over afterwards.
+ * Draws the image of another camera to a canvas. It is rendered in a corner of the view, which is redrawn afterwards.
  * @param {THREE.PerspectiveCamera} other
- * @param {HTMLCanvasElement} canvas as large as it is shown; at most as large as the view
+ * @param {HTMLCanvasElement} canvas resized to its displayed size, at most to that of the view
  */
 export function drawFrom(other, canvas) {
   const whole = renderer.getSize(new THREE.Vector2());
@@ -104,25 +105,25 @@ export function drawFrom(other, canvas) {
 }
 
 const software = isSoftware(renderer);
-/** Pictures that follow each other within this time are plain ones in large scenes; the last one is not. ms. */
+/** In large scenes, images that follow each other within this time, ms, are simplified; the last one is not. */
 const REST = 600;
-/** Triangles of the last picture, and when it was drawn. */
+/** Number of triangles of the last image, and the time at which it was drawn, ms. */
 let [triangles, last] = [0, -Infinity];
 let rest = 0;
 let due = false;
-/** Pictures that were drawn. */
+/** Number of images drawn. */
 export let drawn = 0;
-/** Whether a scene is there: the first picture compiles shaders, which takes a processor half a second. */
+/** Whether a scene has arrived. Before, nothing is drawn, since the first image compiles shaders, which takes 0.5 s. */
 let ready = false;
 watch("scene", () => { ready = true; });
-/** Draws a picture soon. */
+/** Schedules an image for the next animation frame. */
 export function redraw() {
   if (due || !ready) return;
   due = true;
   requestAnimationFrame(() => {
     due = false;
     root.updateMatrixWorld();
-    // A graphics card draws shadows of thousands of parts, a processor does not.
+    // Shadows of large scenes are too slow for software rendering.
     const large = isLarge() || (software && isMany(triangles));
     sun.castShadow = !large;
     zoom.value = Math.tan((camera.fov * Math.PI) / 360) / USUAL;
@@ -154,13 +155,13 @@ new ResizeObserver(() => {
   redraw();
 }).observe(host);
 
-/** Where the camera stands from the middle of what it shows, at first. */
+/** Initial direction from the centre of the scene to the camera. */
 const FROM = new THREE.Vector3(-0.55, -0.65, 0.5).normalize();
-/** What is shown is so much larger than what is there. */
+/** Ratio of the shown size to that of the objects. */
 const MARGIN = 1.15;
 
 /**
- * Moves the camera so that everything but floors, or these objects, are seen, from a direction.
+ * Moves the camera so that everything except floors, or only the given objects, is visible from a direction.
  * @param {THREE.Object3D[]} [objects]
  */
 export function fit(objects, from = FROM) {
@@ -169,7 +170,7 @@ export function fit(objects, from = FROM) {
   if (box.isEmpty()) return;
   const center = box.getCenter(new THREE.Vector3());
   const size = box.getSize(new THREE.Vector3()).length();
-  // A robot alone needs room to drive, and a floor alone room to build on.
+  // The minimum radius leaves room around a single robot, and more on an empty floor.
   const radius = Math.max(objects ? 0.1 : size > 0 ? 0.7 : 2.5, size / 2);
   const upright = (camera.fov * Math.PI) / 360;
   const half = Math.min(upright, Math.atan(Math.tan(upright) * camera.aspect));
@@ -180,7 +181,7 @@ export function fit(objects, from = FROM) {
 }
 
 /**
- * Looks from where a camera of the scene does: along its z axis, to about the middle of what is there.
+ * Moves the camera to the pose of a scene camera; the target is on its z axis, at the distance of the scene's centre.
  * @param {ObjectGroup} group
  */
 function lookFrom(group) {
@@ -196,7 +197,7 @@ function lookFrom(group) {
   redraw();
 }
 
-/** Lays the floor below what is there, if the scene has none. */
+/** Puts the floor below the lowest object, if the scene has no floor. */
 function ground() {
   const all = [...scene.objects.values()];
   const has = all.some((o) => o.visible && o.parts?.some((p) => p.form === "plane"));
@@ -206,7 +207,7 @@ function ground() {
 
 watch("scene", () => {
   ground();
-  // Another scene is seen from its own camera or as a whole; the same one is seen as before.
+  // A different scene is shown from its camera, or as a whole; for the same scene, the view does not change.
   const own = [...scene.objects.values()].find((o) => o.kind === "camera");
   if (scene.another) {
     requestAnimationFrame(() => {
@@ -224,7 +225,7 @@ watch("objects", () => {
 });
 
 /**
- * The ray of a pointer.
+ * Returns the ray under a pointer.
  * @param {{ clientX: number, clientY: number }} e
  */
 export function rayAt(e) {
@@ -236,7 +237,7 @@ export function rayAt(e) {
 }
 
 /**
- * The object below a pointer, and the point of it that is seen.
+ * Returns the object under a pointer, and the visible point of it.
  * @param {{ clientX: number, clientY: number }} e
  */
 export function hitAt(e) {
@@ -245,7 +246,7 @@ export function hitAt(e) {
 }
 
 /**
- * Where an object is in the world.
+ * Returns the position of an object in the world frame.
  * @param {number} id
  */
 export function worldPosition(id) {

@@ -1,5 +1,5 @@
 // @ts-check
-// The volume in which the selected sensor senses; it lights up when something is in it.
+// Draws the detection volume of the selected sensor, which is highlighted when the sensor detects something.
 
 import * as THREE from "three";
 import { hang } from "tatu/crowd";
@@ -16,7 +16,7 @@ const fill = new THREE.MeshBasicMaterial({ color: FREE, transparent: true, opaci
 const edge = new THREE.LineBasicMaterial({ color: FREE, transparent: true, opacity: 0.6 });
 
 /**
- * From the near face to the far one, along z: each has half a width and half a height.
+ * Returns the side surface from the near face to the far face, along z. Faces are given by half their width and height.
  * @param {[number, number]} near
  * @param {number} from
  * @param {[number, number]} far
@@ -36,7 +36,7 @@ function between(near, from, far, to, sides) {
 }
 
 /**
- * A part of a ball about the sensor, as far as it senses.
+ * Returns the surface of a section of a sphere around the sensor, with its range as the radius.
  * @param {Volume} volume
  */
 function cone({ range = 0, near = 0, angle = 0 }) {
@@ -48,7 +48,7 @@ function cone({ range = 0, near = 0, angle = 0 }) {
 }
 
 /**
- * Half of a size.
+ * Returns half of a size.
  * @param {[number, number]} [size]
  * @returns {[number, number]}
  */

@@ -1,5 +1,5 @@
 // @ts-check
-// What is shown of sensors' images and of graphs, by whom; the program is told of all together.
+// Tracks which images and graphs the parts of the page show, and requests the union of them from the program.
 
 import { on, send } from "tatu/net";
 
@@ -12,7 +12,7 @@ function ask(kind) {
 }
 
 /**
- * Says what one part of the page shows.
+ * Sets the object that a part of the page shows.
  * @param {"images" | "graphs"} kind
  * @param {string} who
  * @param {number} id 0: nothing
@@ -24,7 +24,7 @@ export function want(kind, who, id) {
   ask(kind);
 }
 
-// The program forgets with a connection what was asked for over it.
+// The program forgets requests when the connection is lost.
 on("hello", () => {
   for (const kind of /** @type {const} */ (["images", "graphs"])) if (shown[kind].size) ask(kind);
 });

@@ -1,22 +1,22 @@
 // @ts-check
-// Values of properties and readings that are watched in each step, and what they were since the start.
+// Properties and readings that are watched in each step, with their history since the start of the run.
 
 import { on, send } from "tatu/net";
 
 /**
- * A value since the start: times, and at each of them its numbers.
+ * The history of a value since the start: times, and the elements of the value at each of them.
  * @typedef {{ object: number, key: string, users: number, times: number[], numbers: (number | null)[][] }} Series
  */
 
-/** Most samples that are kept of a value. */
+/** Maximum number of stored samples per value. */
 const MOST = 20_000;
 /** @type {Map<string, Series>} */
 const all = new Map();
-/** The number of the last request, and what it asked for, in its order. */
+/** Number of the last request, and the requested values in their order. */
 let asked = { of: 0, series: /** @type {Series[]} */ ([]) };
 let due = false;
 
-/** Asks for all values that are watched, once for all that begins or ends at a time. */
+/** Requests all watched values, once for all changes within the same task. */
 function ask() {
   if (due) return;
   due = true;
@@ -54,7 +54,7 @@ export function unwatch(series) {
 }
 
 on("values", ({ of, samples }) => {
-  // Those that were asked for before are in another order.
+  // Samples for an earlier request have a different order of values.
   if (of !== asked.of) return;
   for (const { time, values } of samples) {
     asked.series.forEach((series, i) => {

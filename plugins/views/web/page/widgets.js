@@ -1,17 +1,17 @@
 // @ts-check
-// The widgets of windows that scripts open: each is built once and brought up to date when the script changes it.
+// The widgets of script windows: each is built once, and updated when the script changes it.
 
 import { make } from "tatu/dom";
 import { plot } from "tatu/plot";
 import { fill, restyle } from "tatu/rich";
 
 /**
- * What a widget holds: keys and values that the script sets.
+ * The state of a widget: keys and values that the script sets.
  * @typedef {{ [key: string]: any }} Values
  */
 /** @typedef {{ element: string, above?: number | null, values: Values }} Widget */
 /**
- * The widgets of a window, the element of each, and what tells the script that something was done to one.
+ * The widgets of a window, their elements, and the function that reports a user action to the script.
  * @typedef {{ widgets: Widget[], made: HTMLElement[], act_on: (n: number, what: string, value?: unknown) => void }} WidgetWindow
  */
 /** @typedef {(what: string, value?: unknown) => void} Tell */
@@ -30,7 +30,7 @@ function range(v, type) {
   return input;
 }
 
-/** Elements by name: `make` builds one, `set` shows what it holds. `tell` says what was done. */
+/** Types of widgets: `make` builds the element, `set` updates it, and `tell` reports user actions. */
 /** @type {{ [element: string]: Kind<any> | undefined }} */
 const WIDGETS = {
   label: {
@@ -130,11 +130,11 @@ const WIDGETS = {
   br: { make: () => make("span", { className: "br" }), set: () => {} },
   stretch: { make: () => make("span", { className: "stretch" }), set: () => {} },
 };
-/** Those that hold others. */
+/** Types of widgets that contain others. */
 const BOXES = new Set(["ui", "group", "tabs", "tab"]);
 
 /**
- * A button that tells when it is pressed and when it is let go.
+ * Creates a button that reports when it is pressed and released.
  * @param {Tell} tell
  */
 function holdable(tell) {
@@ -144,7 +144,7 @@ function holdable(tell) {
     tell("press");
   };
   button.onpointerup = button.onpointercancel = () => tell("release");
-  // Of a key.
+  // A click by the keyboard has no pointer events.
   button.onclick = (e) => {
     if (e.detail !== 0) return;
     tell("press");
@@ -197,7 +197,7 @@ function ticked(e, v) {
 }
 
 /**
- * An image, the upper row first.
+ * Updates an image, whose rows are given from top to bottom.
  * @param {HTMLCanvasElement} e
  * @param {Values} v
  */
@@ -215,7 +215,8 @@ function paint(e, v) {
 }
 
 /**
- * A drawing: as an image, so that nothing in it runs or loads. What is none is not shown.
+ * Updates an SVG drawing. It is shown as an image, so that it cannot run scripts or load resources; anything that is
+ not * an SVG is not shown.
  * @param {HTMLImageElement} e
  * @param {Values} v
  */
@@ -233,7 +234,7 @@ function draw(e, v) {
 }
 
 /**
- * A tab shows one of its pages.
+ * Selects the visible page of a tab widget.
  * @param {Values} values
  * @param {HTMLElement} made
  * @param {Tell} tell
@@ -267,7 +268,7 @@ function front(made, at) {
 }
 
 /**
- * Builds all widgets of a window; the box that holds them.
+ * Builds all widgets of a window; returns the element that contains them.
  * @param {WidgetWindow} window
  * @returns {HTMLElement}
  */
@@ -289,7 +290,7 @@ export function build(window) {
     window.made[n] = made;
     if (above !== null && above !== undefined) window.made[above]?.append(made);
   });
-  // What stands in a grid is in columns: as many as its longest row has.
+  // The number of columns of a grid is that of its longest row.
   window.widgets.forEach((widget, n) => {
     const made = window.made[n];
     if (made && widget.element === "tabs") tabs(widget.values, made, (what, value) => window.act_on(n, what, value));
@@ -319,7 +320,7 @@ function columns(window, n) {
 }
 
 /**
- * Puts what stands among cells into its place, with its colors.
+ * Sets the position and colors of a widget in a grid.
  * @param {HTMLElement} made
  * @param {Values} v
  */
@@ -333,7 +334,7 @@ function span(made, v) {
 }
 
 /**
- * Shows what a widget holds now.
+ * Updates a widget from its current state.
  * @param {WidgetWindow} window
  * @param {number} n
  */

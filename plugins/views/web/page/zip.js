@@ -1,12 +1,12 @@
 // @ts-check
-// Zip archives: reading those that store or deflate their files, and writing some that store them. Nothing here needs a
-// page.
+// Zip archives: reads archives with stored or deflated files, and writes archives with stored files. This module does
+// not need a page.
 
 const END = 0x06054b50;
 const ENTRY = 0x02014b50;
-/** Longest comment after the end record. */
+/** Maximum length of the comment after the end record, bytes. */
 const MOST_COMMENT = 0xffff;
-/** Most bytes of one file, and of all. */
+/** Maximum size of one file, and of all files, bytes. */
 const MOST = 64 << 20;
 const MOST_TOGETHER = 256 << 20;
 
@@ -27,8 +27,8 @@ async function inflate(packed, most) {
     const { done, value } = await reader.read();
     if (done) break;
     length += value.length;
-    // What an archive says of the size is not to be trusted.
-    if (length > most) throw { error: "a file of the archive is larger than it says" };
+    // The size stated in the archive cannot be trusted.
+    if (length > most) throw { error: "a file of the archive is larger than stated" };
     parts.push(value);
   }
   const bytes = new Uint8Array(length);
@@ -41,7 +41,7 @@ async function inflate(packed, most) {
 }
 
 /**
- * The files of an archive.
+ * Returns the files of an archive.
  * @param {ArrayBuffer} buffer
  * @param {(name: string) => boolean} [wanted]
  * @returns {Promise<Unpacked[]>}
@@ -77,10 +77,10 @@ export async function unzip(buffer, wanted = () => true) {
       const data = new Uint8Array(buffer, start, packed);
       if (method === 0) files.push({ name, bytes: data.slice() });
       else if (method === 8) files.push({ name, bytes: await inflate(data, size) });
-      else throw { error: `\`${name}\` of the archive is packed in an unknown way (${method})`, help: "pack it with deflate, as most programs do" };
+      else throw { error: `\`${name}\` of the archive uses an unsupported compression method (${method})`, help: "use deflate, the default of most programs" };
     }
   } catch (thrown) {
-    // Positions outside of the archive.
+    // An offset is outside of the archive.
     throw thrown instanceof RangeError || thrown instanceof TypeError ? damaged : thrown;
   }
   return files;
@@ -96,13 +96,13 @@ function crc32(bytes) {
   return ~crc >>> 0;
 }
 
-/** The first moment that an archive can name, 1980-01-01, so that the same files give the same archive. */
+/** The earliest date that an archive can represent, 1980-01-01; a fixed date makes archives reproducible. */
 const DATE = 0x21;
-/** Names are in UTF-8. */
+/** Flag: names are in UTF-8. */
 const UTF8 = 0x800;
 
 /**
- * An archive of files as they are.
+ * Returns an archive with stored files.
  * @param {Unpacked[]} files
  * @returns {Uint8Array<ArrayBuffer>}
  */
@@ -124,7 +124,7 @@ export function pack(files) {
     out.set(bytes, at);
     at += bytes.length;
   };
-  /** What the two entries of a file have in common. @returns {[2 | 4, number][]} */
+  /** Returns the fields that the local header and the directory entry of a file share. @returns {[2 | 4, number][]} */
   const common = (/** @type {typeof all[number]} */ { name, bytes, crc }) => [
     [2, 20], [2, UTF8], [2, 0], [2, 0], [2, DATE], [4, crc], [4, bytes.length], [4, bytes.length], [2, name.length], [2, 0],
   ];

@@ -45,7 +45,7 @@ fn reading(turn: &Turn<'_>, id: tatu_object) -> Vec<Row> {
     rows.collect()
 }
 
-/// Returns the properties of an object and their values, and what a sensor has read.
+/// Returns the properties of an object and their values, and the short fields of a sensor's last reading.
 pub fn details(turn: &Turn<'_>, n: u32) -> Result<ToPage> {
     let id = object(n);
     let mut rows = Vec::new();
@@ -58,7 +58,7 @@ pub fn details(turn: &Turn<'_>, n: u32) -> Result<ToPage> {
         if LARGE.contains(&key.as_str()) {
             continue;
         }
-        // Properties that cannot be read at the moment are left out.
+        // Properties that cannot be read at the moment are omitted.
         let Ok(value) = turn.get(id, turn.host().prop(&key)).and_then(|v| v.to_value()) else { continue };
         let value = match value {
             Value::Object(o) => Json::from(tatu_slot(o)),
@@ -82,7 +82,7 @@ pub fn details(turn: &Turn<'_>, n: u32) -> Result<ToPage> {
     Ok(ToPage::Details { object: n, rows })
 }
 
-/// Replaces objects within a value by their handles as the page knows them.
+/// Replaces object ids within a value by the handles that the page uses.
 fn with_slots(value: Value) -> Value {
     match value {
         Value::Object(o) => Value::Object(tatu_slot(o).into()),
@@ -112,8 +112,8 @@ pub fn script(turn: &Turn<'_>, n: u32) -> Result<ToPage> {
     Ok(ToPage::Script { script: n, text: String::from_utf8_lossy(&text).into_owned(), version })
 }
 
-/// Replaces the text of a script, unless it has changed since `version`. Returns its version, and if it was not replaced
-/// because of that, its text: two pages may save the same script.
+/// Replaces the text of a script, unless it has changed since `version`, because two pages may edit the same script.
+/// Returns its version, and also its text if it was not replaced.
 pub fn save_script(turn: &Turn<'_>, p: &Props, n: u32, text: &str, version: u32) -> Result<Json> {
     let present = turn.script_text(object(n))?;
     let found = scene::version(&present);
@@ -144,11 +144,11 @@ pub fn open(turn: &Turn<'_>, recent: &Recent, file: &str) -> Result {
     call(turn, "tatu.open", &[json!(file)]).map(|_| ())
 }
 
-/// Keeps a picture of a recent scene.
+/// Stores a picture of a recent scene.
 pub fn picture(recent: &Recent, scene: &str, png: &str) -> Result {
     let is_good = STANDARD.decode(png).is_ok_and(|png| recent.picture(Path::new(scene), &png));
     is_good.then_some(()).ok_or_else(|| {
-        Fail::argument(format!("the picture of `{scene}` cannot be kept: expected a PNG of at most 64 KiB in base64"))
+        Fail::argument(format!("the picture of `{scene}` cannot be stored: expected a PNG of at most 64 KiB in base64"))
     })
 }
 

@@ -1,7 +1,7 @@
-//! Finds objects that have changed otherwise than by moving: a name, a color, a size, a parent, a script.
+//! Finds objects with changes other than motion: of a name, a color, a size, a parent, a script.
 //!
-//! The border does not tell about changes of properties, so a digest of what is shown of each object is compared. In
-//! large scenes a call compares a part of the objects, in turn.
+//! The plugin interface does not report changes of properties, so digests of the displayed data of each object are
+//! compared. In large scenes, each call compares only some of the objects, in turn.
 
 use std::{
     collections::BTreeMap,
@@ -20,38 +20,38 @@ use crate::{
     scene::{self, Assets, Whole},
 };
 
-/// Most work of a call, in shapes that are compared, and the work for objects of other kinds. In a scene of 10,000
-/// shapes a call takes 0.8 ms in a build for development.
+/// Maximum work of a call, in units of comparing one shape, and the work for other kinds of objects. In a scene with
+/// 10,000 shapes, a call takes 0.8 ms in a debug build.
 const MOST_WORK: usize = 300;
 const WORK_SENSOR: usize = 2;
 const WORK_COMPOUND: usize = 6;
 
-/// What was known at the last comparison.
+/// The state at the last comparison.
 #[derive(Default)]
 pub struct Changes {
-    /// Of each object of the scene, in the order of its ids; none: it is new.
+    /// Digests of all objects, in the order of their ids in the scene; `None`: the object is new.
     digests: Vec<Option<u64>>,
-    /// Index of the object whose turn is next.
+    /// Index of the object to be compared next.
     next: usize,
-    /// Digests of scripts by the slot of their owner; 0: the scene.
+    /// Digests of scripts by the slot of the object that they belong to; 0: the scene.
     scripts: BTreeMap<u32, u64>,
     of_scene: Option<u64>,
-    /// The properties of the volume of each kind of sensor. Reading one that does not exist is slow, because the error
-    /// suggests others.
+    /// The properties of the detection volume that exist for each kind of sensor. Trying to read others would be slow,
+    /// because the error suggests similar names.
     volumes: BTreeMap<String, Vec<Prop>>,
 }
 
-/// What a comparison has found.
+/// The result of a comparison.
 pub enum Found {
     Nothing,
-    /// Messages that tell of the changed objects.
+    /// Messages with the changed objects.
     Objects(Vec<Message>),
     /// The scene must be read again.
     Scene,
 }
 
 impl Changes {
-    /// Begins anew with a scene that was just read: all of its objects are known as they are now.
+    /// Resets the state to that of a scene that was just read.
     pub fn begin(&mut self, turn: &Turn<'_>, p: &Props, whole: &Whole) -> Result {
         self.scripts = scripts(turn, p)?;
         self.of_scene = self.scripts.get(&0).copied();
@@ -100,7 +100,7 @@ impl Changes {
         Ok(Found::Objects(assets.into_values().chain([ToPage::Objects { objects }.message()]).collect()))
     }
 
-    /// Returns the digest of what is shown of an object, and the work that it took.
+    /// Returns the digest of the displayed data of an object, and the work of computing it.
     fn digest(&mut self, turn: &Turn<'_>, p: &Props, id: tatu_object) -> Option<(u64, usize)> {
         let mut all = Digest(DefaultHasher::new());
         for prop in [p.alias, p.parent, p.visible, p.layer, p.model_base] {
@@ -138,13 +138,13 @@ impl Changes {
     }
 }
 
-/// Returns the properties of the volume that a kind of sensor has.
+/// Returns the properties of the detection volume that a kind of sensor has.
 fn volume_keys(turn: &Turn<'_>, id: tatu_object, kind: &str) -> Vec<Prop> {
     let all = scene::VOLUME.iter().map(|name| turn.host().prop(&format!("{kind}.{name}")));
     all.filter(|prop| turn.get(id, *prop).is_ok()).collect()
 }
 
-/// The digest of values.
+/// A hasher for values.
 struct Digest(DefaultHasher);
 
 impl Digest {
@@ -163,7 +163,7 @@ impl Digest {
     }
 }
 
-/// Returns digests of the scripts of each object that has some, by its slot.
+/// Returns digests of the scripts of each object that has scripts, by its slot.
 fn scripts(turn: &Turn<'_>, p: &Props) -> Result<BTreeMap<u32, u64>> {
     let mut all = BTreeMap::<u32, Digest>::new();
     for script in turn.scripts(0)? {

@@ -20,7 +20,7 @@ const ENDINGS_WITH_SCENE: &[&str] = &[
 const MOST: usize = 64 << 20;
 const LONGEST: usize = 100;
 const MOST_ALIKE: usize = 1000;
-/// Limits on the files of a folder, their bytes, and how deep they are.
+/// Limits on the number of files in a folder, their total size in bytes, and their depth.
 const MOST_FILES: usize = 1000;
 const MOST_TOGETHER: usize = 256 << 20;
 const DEEPEST: usize = 8;
@@ -43,7 +43,7 @@ fn check_ending(name: &str, endings: &[&str]) -> Result {
         return Ok(());
     }
     let expected = endings.join(", ");
-    Err(Fail::argument(format!("`{name}` cannot be taken: expected a name that ends with {expected}")))
+    Err(Fail::argument(format!("`{name}` is not accepted: expected a name that ends with {expected}")))
 }
 
 /// A new folder for a scene and its files.
@@ -54,7 +54,7 @@ pub struct Folder {
 }
 
 impl Folder {
-    /// Finds a name that is free; it must not contain folders.
+    /// Finds a free name for the folder, based on `name`, which must not contain folders.
     pub fn new(turn: &Turn<'_>, name: &str) -> Result<Folder> {
         check(name)?;
         for n in 1..=MOST_ALIKE {
@@ -67,12 +67,12 @@ impl Folder {
         Err(Fail::new(format!("there are already {MOST_ALIKE} folders named `{name}`")).help("remove some of them"))
     }
 
-    /// Its name for commands.
+    /// Returns the name of the folder for commands.
     pub fn name(&self) -> &str {
         &self.name
     }
 
-    /// Begins a file in it; its name may contain folders.
+    /// Starts a file in the folder; its name may contain folders.
     pub fn file(&mut self, name: &str) -> Result<Dropped> {
         let parts: Vec<&str> = name.split('/').collect();
         if parts.len() > DEEPEST {
@@ -87,7 +87,7 @@ impl Folder {
         Ok(Dropped { name: name.to_owned(), folder: self.name.clone(), bytes: Vec::new() })
     }
 
-    /// Counts a received file.
+    /// Adds a received file to the totals. Fails if they exceed the limits.
     pub fn count(&mut self, file: &Dropped) -> Result {
         if file.folder == self.name {
             self.bytes += file.bytes.len();
@@ -107,7 +107,7 @@ pub struct Dropped {
 }
 
 impl Dropped {
-    /// Begins a file; its name must not contain folders.
+    /// Starts a file; its name must not contain folders.
     pub fn new(name: &str) -> Result<Dropped> {
         check(name)?;
         check_ending(name, ENDINGS)?;
@@ -127,7 +127,7 @@ impl Dropped {
     /// Writes the file; returns its name for commands.
     pub fn write(self, turn: &Turn<'_>) -> Result<String> {
         let (stem, ending) = self.name.rsplit_once('.').unwrap_or((&self.name, ""));
-        // Files of a scene refer to each other, so their names stay.
+        // Files of a scene refer to each other, so they are not renamed.
         let most = if self.folder == FOLDER { MOST_ALIKE } else { 1 };
         for n in 1..=most {
             let name = if n == 1 { self.name.clone() } else { format!("{stem}-{n}.{ending}") };

@@ -1,4 +1,4 @@
-//! What the page tells of the edits of the scene, and copies of those that are in no file.
+//! The state of edits to the scene, as shown by the page, and backup copies of unsaved edits.
 
 use std::{
     path::Path,
@@ -14,12 +14,13 @@ use crate::{gallery::comes_with_program, protocol::Edits};
 
 /// The event that reports an edit.
 pub(crate) const EVENT: &str = "edited";
-/// Least interval of copies of unsaved edits.
+/// Minimum interval between copies of unsaved edits.
 const COPIES: Duration = Duration::from_secs(3);
-/// How long what is known of the edits is used: another program may write or remove the files.
+/// Time after which the state of the edits is read again, because another program may have written or removed the
+/// files.
 const FRESH: Duration = Duration::from_secs(1);
 
-/// The edits as they were read last, and when copies are due.
+/// The last known state of the edits, and the time of the last copy.
 #[derive(Default)]
 pub(crate) struct Known {
     edits: Edits,
@@ -27,22 +28,22 @@ pub(crate) struct Known {
     /// Whether there were edits since the last copy.
     copy_due: bool,
     copied: Option<Instant>,
-    /// Whether it was reported that no copy can be written.
+    /// Whether a failure to write a copy was reported.
     told: bool,
 }
 
 impl Known {
-    /// Notes that the scene was edited, or that it is another one.
+    /// Records that the scene was edited or replaced.
     pub(crate) fn changed(&mut self) {
         (self.read, self.copy_due) = (None, true);
     }
 
-    /// Notes that files of the scene may have changed.
+    /// Records that files of the scene may have changed.
     pub(crate) fn look_again(&mut self) {
         self.read = None;
     }
 
-    /// Returns the edits.
+    /// Returns the state of the edits.
     pub(crate) fn read(&mut self, turn: &Turn<'_>) -> Edits {
         if self.read.is_none_or(|at| at.elapsed() >= FRESH) {
             self.edits = turn.edits().map(edits).unwrap_or_default();
@@ -51,7 +52,7 @@ impl Known {
         self.edits.clone()
     }
 
-    /// Copies unsaved edits if that is due. Without an edit, nothing is done.
+    /// Writes a copy of unsaved edits if one is due. Does nothing if there were no edits since the last copy.
     pub(crate) fn keep(&mut self, turn: &Turn<'_>) {
         if !self.copy_due || self.copied.is_some_and(|at| at.elapsed() < COPIES) {
             return;
@@ -70,7 +71,7 @@ fn edits(told: ValueRef<'_>) -> Edits {
     let last = |key: &str| Some(told.get(key)?.list()?.last()?.as_str()?.into_owned());
     let is = |key: &str| told.get(key).is_some_and(|v| v.truthy());
     let file = told.get("file").and_then(|v| v.as_str()).map(|s| s.into_owned()).unwrap_or_default();
-    // A scene that comes with the program is saved under a name of one's own.
+    // A scene that comes with the program must be saved under another name.
     let is_ours = comes_with_program(Path::new(&file));
     Edits {
         undo: last("undo"),

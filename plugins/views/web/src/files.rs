@@ -29,7 +29,7 @@ fn answer(path: &str, whole: bool) -> Option<Page> {
     Some((kind, text.into_bytes(), vec![("Content-Security-Policy", policy())]))
 }
 
-/// Modules of films, and of the editor, which is loaded when a script is opened.
+/// Modules that are not preloaded: those of films, and those of the editor, which is loaded when a script is opened.
 const LATER: &[&str] = &[
     "/page/film",
     "/page/editing.js",
@@ -41,7 +41,8 @@ const LATER: &[&str] = &[
     "/lib/w3c-keyname",
 ];
 
-/// Names all modules in advance: a browser finds them only one behind the other, as they import each other.
+/// Returns preload tags for all modules. Otherwise, the browser would discover them one after another while following
+/// imports.
 fn preloads() -> String {
     let later = |path: &&str| LATER.iter().any(|start| path.starts_with(start));
     let modules = FILES.iter().map(|(path, _, _)| *path).filter(|path| path.ends_with(".js") && !later(path));

@@ -18,7 +18,7 @@ use crate::{
     recorder::{EVENTS, Recorder},
 };
 
-/// Most compressed bytes of a recording.
+/// Maximum compressed size of a recording, bytes.
 const MOST: usize = 500 << 20;
 
 /// The service.
@@ -32,17 +32,17 @@ pub struct Film {
 impl Service for Film {
     type Plugin = WebPage;
     const ID: &'static str = "film";
-    const TEXT: &'static str = "Records a run and writes it as a page that shows it without a program.";
+    const TEXT: &'static str = "Records a run, and writes a page that plays the recording without the program.";
     const EVENTS: &'static [&'static str] = EVENTS;
 
     fn params() -> Vec<Param> {
-        vec![Param::string("page").text("the page that is written when the run ends")]
+        vec![Param::string("page").text("file name of the page that is written when the run ends")]
     }
 
     fn start(plugin: &WebPage, _: &Host, session: Session, params: &Params<'_>) -> Result<Self> {
         let file = PathBuf::from(params.string("page")?);
         film_page::check()?;
-        // Report before the run starts if the file cannot be written.
+        // If the file cannot be written, this is reported before the run starts.
         let made = File::options().append(true).create(true).open(&file);
         made.map_err(|e| Fail::new(format!("the file `{}` could not be created: {e}", file.display())))?;
         Ok(Film { p: plugin.p, session, file, recorder: RefCell::new(Recorder::new(MOST)) })
@@ -64,7 +64,7 @@ impl Service for Film {
     }
 }
 
-/// A session that ends before its world was stopped leaves the film of what there was.
+/// Writes the film if the session ends before the world was stopped.
 impl Drop for Film {
     fn drop(&mut self) {
         if let Ok(mut recorder) = self.recorder.try_borrow_mut() {

@@ -28,7 +28,7 @@ pub fn check() -> Result {
     if WHOLE {
         return Ok(());
     }
-    Err(Fail::unsupported("this program was built without the libraries of its page, which films need")
+    Err(Fail::unsupported("this program was built without the libraries of its page, which films require")
         .help("install npm, and build the program again"))
 }
 

@@ -12,14 +12,14 @@ use tatu_plugin_api::safe::{folders_beside, open_plain, program_file, read_plain
 
 use crate::protocol::{SceneFile, Section, ToPage};
 
-/// Most files of a section.
+/// Maximum number of files per section.
 const MOST_FILES: usize = 500;
-/// Depth of folders that are searched.
+/// Maximum depth of the folders that are searched.
 const DEPTH: usize = 3;
 /// Limits on the size of a scene file whose first comment is read, and on the comment.
 const MOST_SCENE: u64 = 256 << 20;
 const MOST_ABOUT: u64 = 4 << 10;
-/// Most bytes of the image of a scene.
+/// Maximum size of the picture of a scene, bytes.
 pub(crate) const MOST_PICTURE: u64 = 64 << 10;
 /// Folders with scenes, in the working folder and with the program.
 const SCENES: &str = "scenes";
@@ -29,7 +29,8 @@ const DEMO: &str = "demo.toml";
 /// Beginning of the sentence, in the first comment of a scene, that says what to try.
 const TRY: &str = "Try:";
 
-/// Returns the list for the page. `recent` has scenes, the last one first, each with an image that replaces its own.
+/// Returns the list for the page. `recent` has scenes, the most recent one first, each with a picture that replaces the
+/// scene's own.
 pub(crate) fn list(recent: &[(PathBuf, Option<Vec<u8>>)]) -> ToPage {
     let program = program();
     let mut out: Vec<SceneFile> = Vec::new();
@@ -62,7 +63,7 @@ pub(crate) fn is_scene(path: &Path) -> bool {
     path.is_file() && matches!(path.extension().and_then(|e| e.to_str()), Some("ttt" | "ttm" | "urdf" | "toml"))
 }
 
-/// Of a model that comes with the program, only its demonstration is a scene.
+/// Returns whether a file of the program is shown as a scene: of a model's files, only the demo is.
 fn is_of_program(path: &Path) -> bool {
     let mut above = path.ancestors().skip(2);
     above.next().and_then(Path::file_name).is_none_or(|name| name != MODELS) || path.ends_with(DEMO)
@@ -78,7 +79,7 @@ fn program() -> Vec<PathBuf> {
 /// Returns the scenes of the working folder, without folders that are `known`.
 fn own(known: &BTreeSet<PathBuf>) -> Vec<PathBuf> {
     let here = sorted(Path::new("."));
-    // Next to `scenes`, other files have this extension.
+    // `.toml` files in the working folder itself are often not scenes.
     let mut out: Vec<PathBuf> =
         here.into_iter().filter(|p| is_scene(p) && p.extension().is_some_and(|e| e != "toml")).collect();
     for name in [SCENES, MODELS] {
@@ -88,12 +89,12 @@ fn own(known: &BTreeSet<PathBuf>) -> Vec<PathBuf> {
     out
 }
 
-/// Returns the scenes in a folder and in those in it, without folders that are `known`.
+/// Returns the scenes in a folder and in its subfolders, without folders that are `known`.
 fn below(folder: &Path, known: &BTreeSet<PathBuf>) -> Vec<PathBuf> {
     let mut out = Vec::new();
     let mut open = vec![(folder.to_owned(), 1)];
     while let Some((folder, depth)) = open.pop() {
-        // A link may lead back to a folder above it.
+        // Links are skipped, since a link to a parent folder would list scenes several times.
         if folder.is_symlink() || folder.canonicalize().is_ok_and(|real| known.contains(&real)) {
             continue;
         }
@@ -117,7 +118,7 @@ fn sorted(folder: &Path) -> Vec<PathBuf> {
     entries
 }
 
-/// Returns what the page shows of a scene; `file` is the name by which the page opens it.
+/// Returns the entry for a scene; `file` is the name by which the page opens it.
 fn card(section: Section, path: &Path, file: &str, picture: Option<&[u8]>) -> SceneFile {
     let comment = beginning(path).map(|text| Comment::read(&text)).unwrap_or_default();
     let picture = picture.map(<[u8]>::to_vec).or_else(|| read_plain(&path.with_extension("png"), MOST_PICTURE).ok());
@@ -125,7 +126,7 @@ fn card(section: Section, path: &Path, file: &str, picture: Option<&[u8]>) -> Sc
     SceneFile { section, file: file.to_owned(), about: comment.about, to_try: comment.to_try, picture }
 }
 
-/// Returns whether bytes begin as a PNG does.
+/// Returns whether bytes begin with the PNG signature.
 pub(crate) fn is_png(bytes: &[u8]) -> bool {
     bytes.starts_with(b"\x89PNG\r\n\x1a\n")
 }
@@ -142,7 +143,7 @@ fn beginning(scene: &Path) -> Option<String> {
 /// The comment at the beginning of a scene file.
 #[derive(Debug, Default, PartialEq)]
 struct Comment {
-    /// What the scene is: the first paragraph.
+    /// A description of the scene: the first paragraph.
     about: String,
     /// What to try in the page: from `Try:` to the end of a paragraph.
     to_try: String,

@@ -3,10 +3,10 @@
 //! - `service`: the barrier; `show`: messages to clients; `acts`: requests of clients; `drop`: files dropped on the
 //!   page;
 //! - `scene`: the scene as a whole; `frames`: changes since; `readings`: data of sensors, drawings and graphs;
-//! - `changes`: objects that have changed otherwise than by moving;
+//! - `changes`: objects with changes other than motion;
 //! - `protocol`: the types of all text messages;
-//! - `edits`: what can be undone, and copies of what is in no file;
-//! - `gallery`: the scenes that the page offers; `recent`: those shown lately, kept from run to run;
+//! - `edits`: the state of undo and redo, and copies of unsaved edits;
+//! - `gallery`: the scenes that the page offers; `recent`: recently shown scenes, stored for later runs;
 //! - `lists`: lists built once for all clients, and limits on requests; `opened`: passes the address to a browser;
 //! - `plugin`: the plugin, and interned property keys; `windows`: windows of scripts; `pace`: real-time factor;
 //!   `files`: the page itself;

@@ -19,11 +19,11 @@ pub(crate) struct Lists {
 }
 
 impl Lists {
-    /// Returns the list of all commands; if `anew`, rebuilds it even if it is recent.
+    /// Returns the list of all commands; if `anew` is set, rebuilds it even if it is recent.
     pub(crate) fn commands(&mut self, turn: &Turn<'_>, anew: bool) -> Utf8Bytes {
         kept(&mut self.commands, anew, || acts::commands(turn).text())
     }
-    /// Returns the list of scenes. Only clients with control rights learn what the user has opened lately.
+    /// Returns the list of scenes. It contains recently opened scenes only for clients with control rights.
     pub(crate) fn files(&mut self, recent: Option<&Recent>) -> Utf8Bytes {
         match recent {
             Some(recent) => gallery::list(&recent.all()).text().into(),
@@ -43,8 +43,8 @@ fn kept(list: &mut Option<(Instant, Utf8Bytes)>, anew: bool, make: impl FnOnce()
     }
 }
 
-/// Rate limit of a client with view rights: this many small answers at once, and as many per second. Further requests
-/// wait in its inbox; a client whose inbox is full is disconnected.
+/// Rate limit of a client with view rights: the number of small answers at once, and per second. Further requests wait
+/// in its inbox; a client whose inbox is full is disconnected.
 const AT_ONCE: f64 = 50.0;
 /// Cost of a list, in small answers.
 const LIST: f64 = 25.0;

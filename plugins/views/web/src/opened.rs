@@ -38,12 +38,12 @@ impl Drop for Opened {
     }
 }
 
-/// Creates a folder that only its owner can open, in the place for files of a login session.
+/// Creates a folder that only the user can open, in the runtime directory of the login session if there is one.
 fn folder() -> io::Result<PathBuf> {
     let place = std::env::var_os("XDG_RUNTIME_DIR").map(PathBuf::from).filter(|p| p.is_dir());
     let name = token().map(|t| format!("tatu-{t}"))?;
     let folder = place.unwrap_or_else(std::env::temp_dir).join(name);
-    #[cfg_attr(not(unix), expect(unused_mut, reason = "the mode is of Unix"))]
+    #[cfg_attr(not(unix), expect(unused_mut, reason = "the mode exists only on Unix"))]
     let mut builder = fs::DirBuilder::new();
     #[cfg(unix)]
     std::os::unix::fs::DirBuilderExt::mode(&mut builder, 0o700);

@@ -1,4 +1,4 @@
-//! What a page draws over the scene on request: contacts with their forces, centres of mass and velocities.
+//! Data for overlays, on request: contacts with their forces, centres of mass, and velocities.
 
 use tatu_plugin_api::{
     abi::*,
@@ -10,10 +10,10 @@ use crate::{
     protocol::{BodyMark, ContactMark, ToPage},
 };
 
-/// Most contacts, and most bodies, of a message.
+/// Maximum number of contacts, and of bodies, in a message.
 const MOST_MARKS: usize = 500;
 
-/// What a client wants.
+/// The overlays that a client has requested.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Wanted {
     pub contacts: bool,
@@ -21,13 +21,13 @@ pub struct Wanted {
 }
 
 impl Wanted {
-    /// Returns whether anything is wanted.
+    /// Returns whether any overlay is requested.
     pub fn any(self) -> bool {
         self.contacts || self.bodies
     }
 }
 
-/// Returns the message of what is wanted.
+/// Returns the message with the requested data.
 pub fn message(turn: &Turn<'_>, p: &Props, ids: &[tatu_object], wanted: Wanted) -> Result<ToPage> {
     let mut contacts = Vec::new();
     if wanted.contacts {
@@ -35,7 +35,7 @@ pub fn message(turn: &Turn<'_>, p: &Props, ids: &[tatu_object], wanted: Wanted) 
         for (i, contact) in all.iter().take(MOST_MARKS).enumerate() {
             let friction = frictions.get(i).copied().unwrap_or_default();
             let force: [f64; 3] = std::array::from_fn(|k| contact.normal[k] * contact.force + friction[k]);
-            // Of a body and what cannot move, the force on the body is shown.
+            // If only one of the two shapes can move, the force on that shape is shown.
             let [a, b] = contact.shape;
             let turned = moves(turn, p, a) && !moves(turn, p, b);
             contacts.push(ContactMark {
@@ -62,7 +62,7 @@ pub fn message(turn: &Turn<'_>, p: &Props, ids: &[tatu_object], wanted: Wanted) 
     Ok(ToPage::Overlays { contacts, bodies })
 }
 
-/// Returns an inertia of three numbers, or of nine, as nine.
+/// Returns an inertia as a 3 x 3 matrix by rows. It may be given as three diagonal elements or as nine numbers.
 fn inertia(numbers: &[f64]) -> [f64; 9] {
     match *numbers {
         [x, y, z] => [x, 0.0, 0.0, 0.0, y, 0.0, 0.0, 0.0, z],
@@ -70,7 +70,7 @@ fn inertia(numbers: &[f64]) -> [f64; 9] {
     }
 }
 
-/// Returns whether an object is a shape that forces move.
+/// Returns whether an object is a dynamic shape.
 fn moves(turn: &Turn<'_>, p: &Props, id: tatu_object) -> bool {
     let shape = turn.look(id).is_ok_and(|o| o.kind == TATU_KIND_SHAPE);
     shape && turn.get(id, p.dynamic).is_ok_and(|v| v.truthy())

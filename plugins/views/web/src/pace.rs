@@ -1,5 +1,5 @@
-//! The pace of simulation time in a world that is shown. The clock only decides when a step is made, never what it
-//! does.
+//! The pace of simulation time in a world that is shown. The clock only decides when a step is run, and never affects
+//! its results.
 
 use std::{
     sync::mpsc::{self, RecvTimeoutError, Sender},

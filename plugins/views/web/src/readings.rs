@@ -16,21 +16,21 @@ use crate::{
 
 /// First byte of an image message.
 const IMAGE: u8 = 3;
-/// Most beams of a scan that are sent; if there are more, every n-th is.
+/// Maximum number of beams of a scan that are sent; if there are more, every n-th beam is sent.
 const MOST_BEAMS: usize = 720;
-/// Most numbers of drawings, and samples of a stream, that are sent.
+/// Maximum number of values of drawings, and of samples of a stream, that are sent.
 const MOST_NUMBERS: usize = 60_000;
 const MOST_SAMPLES: usize = 600;
-/// Most numbers of a field that is told in numbers.
+/// Maximum number of elements of a field that is shown as numbers.
 const MOST_SHORT: usize = 16;
-/// Most readings in a message.
+/// Maximum number of readings in a message.
 const MOST_READINGS: usize = 60;
 
 fn rounded(x: f64) -> f64 {
     (x * 1e3).round() / 1e3
 }
 
-/// The readings sent last, and the sensor whose turn is next.
+/// The last readings that were sent, and the index of the sensor to continue with.
 #[derive(Default)]
 pub struct Sent {
     known: BTreeMap<tatu_object, Reading>,
@@ -98,7 +98,7 @@ fn scan(turn: &Turn<'_>, p: &Props, id: tatu_object) -> Option<Reading> {
     let every = distance.f64s().len().div_ceil(MOST_BEAMS).max(1);
     let thin = |all: &[f64]| all.iter().step_by(every).map(|x| rounded(*x)).collect::<Vec<f64>>();
     let elevation = turn.reading(id, p.scan_elevation).ok().map(|e| thin(e.f64s()));
-    // A fan in one plane needs none.
+    // Elevations are omitted if all beams are in one plane.
     let elevation = elevation.filter(|e| e.iter().any(|x| *x != 0.0));
     let range = turn.reading(id, p.scan_limits).ok().and_then(|l| l.f64s().get(1).copied());
     Some(Reading::RangeScan {
@@ -118,7 +118,7 @@ fn fields(turn: &Turn<'_>, id: tatu_object) -> Option<Reading> {
     (!fields.is_empty()).then_some(Reading::Fields { fields })
 }
 
-/// Returns the numbers of a field that has few.
+/// Returns the elements of a field, or `None` if there are too many.
 pub fn short(field: &safe::Reading) -> Option<Vec<f64>> {
     let numbers: Vec<f64> = match field.elem() {
         TATU_ELEM_F64 => field.f64s().to_vec(),
@@ -129,7 +129,7 @@ pub fn short(field: &safe::Reading) -> Option<Vec<f64>> {
     (1..=MOST_SHORT).contains(&numbers.len()).then_some(numbers)
 }
 
-/// Returns the numbers as JSON has them: without those that are not finite.
+/// Replaces numbers that are not finite by `None`, since JSON cannot represent them.
 pub fn finite(all: impl IntoIterator<Item = f64>) -> Vec<Option<f64>> {
     all.into_iter().map(|x| x.is_finite().then_some(x)).collect()
 }

@@ -1,5 +1,4 @@
-//! Scenes that were shown lately, with pictures that the page takes of them. They are kept for the user from one run to
-//! the next.
+//! Recently shown scenes, with pictures that the page takes of them. They are stored for later runs of the user.
 
 use std::path::{Path, PathBuf};
 
@@ -8,17 +7,18 @@ use tatu_services_common::state::State;
 
 use crate::gallery::{MOST_PICTURE, is_png, is_scene};
 
-/// Most scenes that are kept.
+/// Maximum number of stored scenes.
 const MOST: usize = 12;
-/// The file with their absolute paths, the last one first, as a JSON array; and the most bytes of it that are read.
+/// The file with the absolute paths of the scenes, the most recent one first, as a JSON array; and its maximum size in
+/// bytes.
 const FILE: &str = "recent.json";
 const MOST_BYTES: u64 = 64 << 10;
 
-/// The recent scenes of this user. Each change begins with what is in the file, which other programs change as well.
+/// The recent scenes of this user. The file is read again for each change, because other processes change it as well.
 pub(crate) struct Recent {
-    /// `None` if there is no folder for them.
+    /// The folder of the file; `None` if it is not available.
     state: Option<State>,
-    /// The scene that was noted last.
+    /// The scene that was added last.
     last: PathBuf,
 }
 
@@ -27,7 +27,7 @@ impl Recent {
         Recent { state: State::of_user().ok(), last: PathBuf::new() }
     }
 
-    /// Notes that a scene is shown. Whether it is kept is of no consequence for the run, so errors are ignored.
+    /// Records that a scene is shown. Errors are ignored, because they do not affect the run.
     pub(crate) fn shown(&mut self, scene: &Path) {
         let (Some(state), Ok(scene)) = (&self.state, std::path::absolute(scene)) else { return };
         if self.last == scene || !is_scene(&scene) || scene.to_str().is_none() {
@@ -47,7 +47,7 @@ impl Recent {
         let _ = state.write(FILE, serde_json::json!(all).to_string().as_bytes());
     }
 
-    /// Keeps the picture of a recent scene, a PNG; returns whether it is one of at most 64 KiB.
+    /// Stores the picture of a recent scene; returns whether it is a PNG of at most 64 KiB.
     pub(crate) fn picture(&self, scene: &Path, png: &[u8]) -> bool {
         if png.len() as u64 > MOST_PICTURE || !is_png(png) {
             return false;
@@ -60,12 +60,12 @@ impl Recent {
         true
     }
 
-    /// Returns whether a scene is a recent one.
+    /// Returns whether a scene is one of the recent scenes.
     pub(crate) fn contains(&self, scene: &Path) -> bool {
         self.state.as_ref().is_some_and(|state| paths(state).iter().any(|p| p == scene))
     }
 
-    /// Returns all, with their pictures.
+    /// Returns all recent scenes, with their pictures.
     pub(crate) fn all(&self) -> Vec<(PathBuf, Option<Vec<u8>>)> {
         let Some(state) = &self.state else { return Vec::new() };
         let all = paths(state).into_iter();
@@ -73,7 +73,7 @@ impl Recent {
     }
 }
 
-/// Returns the kept paths; a damaged file has none.
+/// Returns the stored paths; none if the file is damaged.
 fn paths(state: &State) -> Vec<PathBuf> {
     let bytes = state.read(FILE, MOST_BYTES).unwrap_or_default();
     let all: Vec<PathBuf> = serde_json::from_slice(&bytes).unwrap_or_default();
@@ -122,7 +122,7 @@ mod tests {
         assert!(recent.all().iter().all(|(_, picture)| picture.as_deref() == Some(PNG)));
         assert!(recent.contains(&scene(3)) && !recent.contains(&scene(2)));
         assert_eq!(std::fs::read_dir(&state).unwrap().count(), 1 + MOST, "pictures of old scenes go");
-        // A scene that is not among them has no picture.
+        // No picture is stored for a scene that is not among the recent ones.
         assert!(recent.picture(&scene(0), PNG));
         assert_eq!(std::fs::read_dir(&state).unwrap().count(), 1 + MOST);
     }

@@ -39,18 +39,18 @@ pub struct Recorder {
     /// Number of steps at the last recorded frame.
     step: Option<u64>,
     time: f64,
-    /// Most compressed bytes; later messages are dropped, and that is reported.
+    /// Maximum compressed size, bytes; later messages are dropped, and that is reported.
     most: usize,
     full: bool,
 }
 
 impl Recorder {
-    /// Creates a recorder of at most so many compressed bytes.
+    /// Creates a recorder with a maximum compressed size of `most` bytes.
     pub fn new(most: usize) -> Self {
         Recorder { most, ..Recorder::default() }
     }
 
-    /// Appends an event; a start begins the recording anew.
+    /// Appends an event; the event `started` restarts the recording.
     pub fn event(&mut self, turn: &Turn<'_>, p: &Props, name: &str, payload: ValueRef<'_>) {
         if name == "started" {
             self.begin();
@@ -95,7 +95,7 @@ impl Recorder {
         self.full = records.get_ref().len() > self.most;
     }
 
-    /// Appends what has changed in a step.
+    /// Appends the changes of a step.
     pub fn look(&mut self, turn: &Turn<'_>, p: &Props, step: u64) -> Result {
         if self.step == Some(step) {
             return Ok(());

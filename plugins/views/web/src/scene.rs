@@ -183,7 +183,7 @@ fn scripts_of(turn: &Turn<'_>, p: &Props, all: impl Iterator<Item = tatu_object>
     .collect()
 }
 
-/// Returns a number that tells texts apart.
+/// Returns a hash of a text.
 pub fn version(text: &[u8]) -> u32 {
     Sha256::digest(text).iter().take(4).fold(0, |n, b| n << 8 | u32::from(*b))
 }

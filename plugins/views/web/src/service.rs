@@ -41,16 +41,16 @@ use crate::{
 
 /// Version of the protocol.
 const VERSION: u32 = 3;
-/// Most bytes of a message from a client.
+/// Maximum size of a message from a client, bytes.
 const MOST_MESSAGE: usize = 4 << 20;
-/// Most messages processed per turn, of a client with control rights and of one with view rights.
+/// Maximum number of messages processed in a turn: of a client with control rights, and of one with view rights.
 const AT_ONCE: usize = 500;
 const LOOKS_AT_ONCE: usize = 20;
-/// Most compressed bytes of a film for a client, to which it is sent in base64 as one message.
+/// Maximum compressed size of a client's film, bytes; the film is sent in base64 as a single message.
 const MOST_FILM: usize = 64 << 20;
-/// Most images and graphs that a client shows at a time.
+/// Maximum number of images, and of graphs, that a client shows at the same time.
 const MOST_SHOWN: usize = 8;
-/// Most lines of output that a new client receives.
+/// Maximum number of output lines that a new client receives.
 const MOST_LINES: usize = 500;
 
 /// The service.
@@ -64,9 +64,9 @@ pub(crate) struct State {
     pub(crate) guests: Vec<Guest>,
     pub(crate) whole: Whole,
     pub(crate) changes: Changes,
-    /// When the last round of comparisons began; none: one is due.
+    /// Start of the last round of comparisons; `None`: a round is due.
     pub(crate) last_round: Option<Instant>,
-    /// Whether clients know newer objects than the messages in `whole`.
+    /// Whether clients have received newer objects than those in the messages of `whole`.
     pub(crate) is_old: bool,
     /// Index of the world whose scene was read, and how many scenes were opened before it.
     pub(crate) world: usize,
@@ -102,18 +102,18 @@ pub(crate) struct Guest {
     /// The sensors whose images the client shows, and the graphs that it shows.
     pub(crate) images: Vec<u32>,
     pub(crate) graphs: Vec<u32>,
-    /// The values that it watches.
+    /// The values that the client watches.
     pub(crate) watch: Watch,
-    /// The film that it is making.
+    /// The film that the client is recording.
     pub(crate) film: Option<Recorder>,
-    /// What it draws over the scene.
+    /// The overlays that the client shows.
     pub(crate) overlays: Wanted,
-    /// Whether it had not received everything yet when this round of messages began.
+    /// Whether earlier messages to the client were still queued when this round of messages began.
     pub(crate) waits: bool,
-    /// Whether it lacks readings that were sent to others, and the number of the drawings that it has.
+    /// Whether the client lacks readings that were sent to others, and the version of the drawings that it has.
     pub(crate) missed: bool,
     pub(crate) drawings: u64,
-    /// A partially received file, and the folder that was made for several.
+    /// The file that is being received, and the folder that was created for several files.
     pub(crate) dropped: Option<Dropped>,
     pub(crate) folder: Option<Folder>,
     /// Rate limit of a client that has view rights only.
@@ -123,7 +123,7 @@ pub(crate) struct Guest {
 impl Service for Web {
     type Plugin = WebPage;
     const ID: &'static str = "web";
-    const TEXT: &'static str = "A page in the browser that shows the world and steers it.";
+    const TEXT: &'static str = "A page in the browser that shows and controls the world.";
     const EVENTS: &'static [&'static str] = &["*"];
 
     fn params() -> Vec<Param> {
@@ -155,7 +155,9 @@ impl Service for Web {
             .map_err(|e| Fail::new(format!("cannot listen on 127.0.0.1:{}: {e}", params.i64("port").unwrap_or(0))))?;
         let url = format!("http://{}/?token={}", listener.address, listener.token);
         if let Some(e) = &listener.unkept {
-            let text = format!("the address of the page will be another one next time: its token cannot be kept ({e})");
+            let text = format!(
+                "the page will have a different address in the next run, because its token cannot be stored: {e}"
+            );
             session.log(TATU_LOG_INFO, &text);
         }
         // Printed alone on a line, for programs to read; the token must not appear in logs.
@@ -263,7 +265,7 @@ impl Web {
     }
 }
 
-/// Returns as many of the objects as a client may show at a time, each once.
+/// Removes duplicates, and truncates the list to the number of objects that a client may show at the same time.
 fn few(mut objects: Vec<u32>) -> Vec<u32> {
     objects.sort_unstable();
     objects.dedup();
@@ -272,7 +274,7 @@ fn few(mut objects: Vec<u32>) -> Vec<u32> {
 }
 
 impl State {
-    /// Takes what is filmed and watched in each step.
+    /// Records films and watched values in each step.
     fn record(&mut self, turn: &Turn<'_>, p: &Props, step: u64) -> Result {
         if turn.state() == TATU_STOPPED {
             return Ok(());
@@ -321,7 +323,7 @@ impl State {
         Ok(())
     }
 
-    /// Makes dialogs wait for an answer if any client can give one.
+    /// Makes dialogs wait for an answer if there is a client that can give one.
     fn attend(&mut self, turn: &Turn<'_>) {
         if !self.guests.iter().any(|g| g.client.role == Rights::Act) {
             return;
@@ -423,7 +425,7 @@ impl State {
                         Some(own) if own.name() == folder => own.file(&name)?,
                         _ => {
                             return Err(Fail::argument(format!(
-                                "`{folder}` is not the folder that this page made last"
+                                "`{folder}` is not the folder that this page created last"
                             )));
                         }
                     },
@@ -452,7 +454,7 @@ impl State {
                     return Ok(Some(ToPage::Result { of: id, results: vec![Json::Null, Json::Null] }));
                 };
                 let recording = film.finish().transpose();
-                let recording = recording.map_err(|e| Fail::new(format!("the film could not be made: {e}")))?;
+                let recording = recording.map_err(|e| Fail::new(format!("the film could not be created: {e}")))?;
                 let page = recording.map(|bytes| STANDARD.encode(film_page::page(&bytes)));
                 return Ok(Some(ToPage::Result { of: id, results: vec![json!(page), json!(film.full_at())] }));
             }
@@ -474,7 +476,7 @@ impl State {
                 Ok(())
             }
             Action::Step => {
-                // Resuming from a pause already makes one step.
+                // Resuming from a pause already runs one step.
                 let more = u64::from(turn.state() != TATU_PAUSED);
                 if turn.state() != TATU_RUNNING {
                     turn.request(acts::request(action))?;

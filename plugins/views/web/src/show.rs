@@ -23,7 +23,7 @@ use crate::{
 /// Intervals of frames and of readings.
 const FRAMES: Duration = Duration::from_millis(50);
 const READINGS: Duration = Duration::from_millis(100);
-/// Least interval of comparisons of all objects with what clients know.
+/// Minimum interval between two rounds of comparisons of all objects.
 const ROUNDS: Duration = Duration::from_millis(200);
 
 impl State {
@@ -87,7 +87,7 @@ impl State {
         Ok(())
     }
 
-    /// Queues objects that have changed otherwise than by moving.
+    /// Queues objects with changes other than motion.
     fn show_changes(&mut self, turn: &Turn<'_>, p: &crate::plugin::Props, now: Instant) -> Result {
         if self.changes.is_round() {
             if self.last_round.is_some_and(|last| now - last < ROUNDS) {
@@ -125,7 +125,7 @@ impl State {
         Ok(())
     }
 
-    /// Queues what clients draw over the scene, made once for all that want the same.
+    /// Queues data for overlays, which is built once for all clients with the same request.
     fn show_overlays(&mut self, turn: &Turn<'_>, p: &crate::plugin::Props) -> Result {
         let mut made: Option<(Wanted, Message)> = None;
         for guest in self.guests.iter().filter(|g| g.overlays.any() && !g.waits) {

@@ -11,19 +11,19 @@ use crate::{
     readings,
 };
 
-/// Most values that a client watches.
+/// Maximum number of values that a client watches.
 const MOST_VALUES: usize = 64;
-/// Most numbers of a value.
+/// Maximum number of elements sent per value.
 const MOST_NUMBERS: usize = 16;
-/// Most samples that wait to be sent; older ones are dropped.
+/// Maximum number of samples that wait to be sent; older ones are dropped.
 const MOST_SAMPLES: usize = 2000;
 
-/// What a client watches, and what has not been sent yet.
+/// The values that a client watches, and the samples that have not been sent yet.
 #[derive(Default)]
 pub struct Watch {
-    /// Number of the request.
+    /// Number of the client's request, which is repeated in messages.
     of: u32,
-    /// None: the object has no such property or field.
+    /// Object and property; the latter is `None` if the object has no such property or field.
     values: Vec<(tatu_object, Option<Prop>)>,
     samples: Vec<Sample>,
     /// Time of the last sample.
@@ -31,7 +31,7 @@ pub struct Watch {
 }
 
 impl Watch {
-    /// Watches these values from now on.
+    /// Creates a watch for these values.
     pub fn new(turn: &Turn<'_>, of: u32, wanted: &[Watched]) -> Self {
         let values = wanted.iter().take(MOST_VALUES).map(|w| {
             let id = object(w.object);
@@ -40,7 +40,7 @@ impl Watch {
         Watch { of, values: values.collect(), ..Watch::default() }
     }
 
-    /// Takes the values if time has passed since the last sample.
+    /// Samples the values if time has advanced since the last sample.
     pub fn look(&mut self, turn: &Turn<'_>, time: f64) {
         if self.values.is_empty() || self.last == Some(time) {
             return;
@@ -61,7 +61,8 @@ impl Watch {
     }
 }
 
-/// Returns whether an object has a property or a field: keys are interned for ever, so that clients must not make any.
+/// Returns whether an object has a property or a field. Interned keys are never freed, so that clients must not be able
+/// to intern arbitrary ones.
 fn has(turn: &Turn<'_>, id: tatu_object, key: &str) -> Result<bool> {
     if (0..).map_while(|i| turn.field_of(id, i)).any(|(name, _)| name == key) {
         return Ok(true);

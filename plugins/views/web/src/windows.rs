@@ -9,7 +9,7 @@ use crate::protocol::ToPage;
 
 /// The event that reports windows.
 pub const EVENT: &str = "ui.window";
-/// Most windows that are stored.
+/// Maximum number of stored windows.
 const MOST: usize = 500;
 
 /// All open windows, by the command that acts on them, and their number.

@@ -1,4 +1,4 @@
-//! A sensor that feels blows, and counts them, with its own schema, knock/1.
+//! A sensor that detects and counts impacts, with its own schema, knock/1.
 
 use tatu_plugin_api::{
     abi::TATU_IN_ACCELERATION,
@@ -23,7 +23,7 @@ impl Plugin for Knocks {
 
 /// One sensor of a scene.
 pub struct Knock {
-    /// m/s^2.
+    /// Threshold, m/s^2.
     threshold: f64,
 }
 

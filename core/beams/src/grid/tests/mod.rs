@@ -157,7 +157,7 @@ fn every_number_of_threads_gives_the_same_bytes_of_a_mesh() {
 
 #[test]
 fn a_plate_is_as_far_as_it_is() {
-    // The depth of a wall perpendicular to the axis is its distance, whatever the angle of the ray.
+    // The depth of a wall perpendicular to the axis is its distance, regardless of the angle of the ray.
     let light = Light::default();
     let grid = Grid { columns: 640, rows: 480, view: View::Perspective { angle: 1.0 }, near: 0.01, far: 3.5 };
     let wall = mesh(
@@ -228,8 +228,8 @@ fn a_closed_mesh_has_no_holes() {
         // From inside, every pixel shows the surface.
         let image = render(&scene, &cast_of(&grid, &light, dice.pose(0.3)));
         assert!(image.depth.iter().all(|d| d.is_finite()), "round {round}: a hole from within");
-        // From outside, drawing both sides gives the same image as drawing only fronts; a back face visible through a
-        // gap would make a difference.
+        // From outside, the image of both sides is the same as that of the fronts alone; a back face visible through a
+        // gap would cause a difference.
         scene.update_poses(&[(0, Isometry3::translation(0.0, 0.0, dice.between(1.2, 9.0)) * dice.pose(0.05))]);
         let mut cast = cast_of(&grid, &light, Isometry3::identity());
         let both = render(&scene, &cast);

@@ -32,7 +32,7 @@ pub(super) fn ray(cast: &GridCast<'_>, column: f64, row: f64) -> (Beam, f64) {
     (beam, 1.0 / length)
 }
 
-/// Returns what the image must show at a position: the depth, the hit and the ray.
+/// Returns the expected contents of the image at a position: the depth, the hit and the ray.
 pub(super) fn expected(scene: &BeamScene, cast: &GridCast<'_>, column: f64, row: f64) -> (f64, Hit, Beam) {
     let (beam, per_metre) = ray(cast, column, row);
     let hit = scene.cast_one(&beam);
@@ -70,7 +70,7 @@ pub(super) fn explained(scene: &BeamScene, cast: &GridCast<'_>, column: f64, row
     })
 }
 
-/// Number of pixels that differ from what a ray sees.
+/// Numbers of pixels that differ from the hits of rays.
 #[derive(Debug, Default)]
 pub(super) struct Beside {
     /// Pixels with a different depth.
@@ -79,7 +79,8 @@ pub(super) struct Beside {
     pub name: usize,
 }
 
-/// Compares an image with rays. Returns how many pixels differ, which happens only at silhouettes and steep surfaces.
+/// Compares an image with rays. Returns the numbers of pixels that differ, which must be at silhouettes or on steep
+/// surfaces.
 pub(super) fn compare(scene: &BeamScene, cast: &GridCast<'_>, image: &GridImage, what: &str) -> Beside {
     let mut beside = Beside::default();
     for row in 0..cast.grid.rows {

@@ -1,5 +1,5 @@
-//! The stages of noise, in order: shift, walk, random walk, white, uniform, outliers, clamp, step, inverse step, limits,
-//! dropout.
+//! The stages of noise, in order: shift, walk, random walk, white, uniform, outliers, clamp, step, inverse step,
+//! limits, dropout.
 //!
 //! The random numbers of an element depend only on the sensor's seed, its number of measurements, the field's name, the
 //! stage and the element's index, not on any earlier draw or any other sensor. Parts can therefore be computed in any
@@ -14,7 +14,7 @@ use tatu_scene::noise::{FieldNoise, Meant};
 use super::numbers::{FieldNumbers, FieldNumbersMut, rounded};
 use crate::sense::random::Key;
 
-/// Numbers of the stages that draw, added to the field's stream.
+/// Numbers of the stages that draw random numbers, which are added to the field's stream.
 const SHIFT: u64 = 1;
 const WALK: u64 = 2;
 const WHITE: u64 = 3;
@@ -29,7 +29,7 @@ const ONCE: u64 = u64::MAX;
 
 /// Number of elements processed at once.
 const BLOCK: usize = 256;
-/// Number of elements per task of the thread pool, if there are more than that.
+/// Maximum number of elements per task of the thread pool.
 const TASK: usize = 1 << 14;
 
 /// The noise of one field of a kind.
@@ -41,7 +41,7 @@ pub(super) struct FieldPlan {
     pub components: usize,
     nothing: Option<Vec<f64>>,
     noise: FieldNoise,
-    /// Derived from the field's name, so that the kind's other fields have no influence.
+    /// Stream of its random numbers, derived from the field's name, so that other fields of the kind have no influence.
     stream: u64,
 }
 
@@ -49,7 +49,7 @@ pub(super) struct FieldPlan {
 pub(super) struct Measure<'a> {
     pub seed: u64,
     pub drawn: u64,
-    /// The field on which the polynomial depends, if it is a different one.
+    /// The field on which the polynomial depends, if it is not the field itself.
     pub of: Option<FieldNumbers<'a>>,
     /// The field that marks valid elements, and how many elements share one mark.
     pub valid: Option<(FieldNumbers<'a>, usize)>,
@@ -61,16 +61,17 @@ pub(super) struct Measure<'a> {
 
 /// The states of the two kinds of walk of a field, one number per component.
 pub(super) struct Walking<'a> {
-    /// Of the Gauss-Markov process, in standard deviations.
+    /// State of the Gauss-Markov process, in standard deviations.
     pub state: &'a mut Vec<f64>,
-    /// Of the random walk, in the field's unit.
+    /// State of the random walk, in the field's unit.
     pub random: &'a mut Vec<f64>,
-    /// Time since the last measurement, s; before the first: since time 0.
+    /// Time since the last measurement or, for the first one, since time 0, s.
     pub passed: f64,
 }
 
 /// A part of the elements of a field.
 struct Part<'a> {
+    /// Index of its first element in the field.
     first: usize,
     data: FieldNumbersMut<'a>,
     /// Marks elements that became invalid; empty if not needed.
@@ -103,14 +104,15 @@ impl FieldPlan {
         })
     }
 
-    /// Computes the first two stages, which advances the walk: an offset per component, the same for all rows.
+    /// Computes the stages before white noise, and advances the walks. Returns an offset per component, which is the
+    /// same for all rows.
     pub fn bias(&self, seed: u64, drawn: u64, walk: Option<Walking<'_>>) -> Vec<f64> {
         let mut bias = vec![0.0; self.components];
         let noise = &self.noise;
         let once = Key::new(seed, ONCE, self.stream.wrapping_add(SHIFT));
         for (c, bias) in bias.iter_mut().enumerate() {
             let uniform = 2.0 * once.uniform(c as u64) - 1.0;
-            // The normal number uses different random bits than the uniform one.
+            // The normal number has a different index from the uniform one, so that the two are independent.
             let normal = once.normal((c + self.components) as u64);
             *bias += of_component(&noise.shift, c) * uniform + of_component(&noise.shift_sigma, c) * normal;
         }
@@ -144,13 +146,13 @@ impl FieldPlan {
         self.noise.walk.is_some() || !self.noise.random_walk.is_empty()
     }
 
-    /// Applies all other stages. `lost` has one entry per element, or none if it is not needed.
+    /// Applies all other stages. `lost` has one entry per element, or is empty if it is not needed.
     pub fn apply(&self, data: FieldNumbersMut<'_>, lost: &mut [bool], m: &Measure<'_>, pool: &rayon::ThreadPool) {
         let n = data.len();
         if n <= TASK {
             return self.part(Part { first: 0, data, lost }, m);
         }
-        // A task is a multiple of the rows and of the blocks.
+        // The size of a task is a multiple of that of a block, which consists of whole rows.
         let task = TASK / self.block() * self.block();
         let mut parts: Vec<Part<'_>> = Vec::with_capacity(n.div_ceil(task));
         let mut losts = lost.chunks_mut(task);
@@ -177,7 +179,7 @@ impl FieldPlan {
         }
     }
 
-    /// Processes some rows of a part that begins at the field's element `before`.
+    /// Processes a block of rows of a part whose first element is element `before` of the field.
     fn rows(
         &self,
         data: &mut FieldNumbersMut<'_>,
@@ -223,7 +225,7 @@ impl FieldPlan {
                     let c = i % self.components;
                     let more = of_component(&o.sigma, c) * size.normal(index)
                         + of_component(&o.uniform, c) * (2.0 * size.uniform(index | 1 << 62) - 1.0);
-                    // Nothing is added if it is zero, because adding 0 would turn -0 into 0.
+                    // An error of 0 is not added, because that would turn -0 into 0.
                     *v = if more != 0.0 { *v + more } else { *v };
                 }
             }
@@ -258,7 +260,7 @@ impl FieldPlan {
         }
     }
 
-    /// Finds invalid elements, marked by another field or by their own value. They stay unchanged.
+    /// Finds invalid elements, marked by another field or by their own value, which must not be changed.
     fn find_nothing(&self, value: &[f64], there: &mut [bool], first: usize, m: &Measure<'_>) {
         match (&m.valid, &self.nothing) {
             (Some((valid, group)), _) => {
@@ -287,7 +289,7 @@ impl FieldPlan {
                 let each = nothing.iter().cycle();
                 value.iter_mut().zip(&*gone).zip(each).for_each(|((v, g), x)| *v = if *g { *x } else { *v });
             }
-            // If no value means "invalid", the measured value stays, and a different field marks it.
+            // If no value means "invalid", the measured value is left unchanged, and another field marks the element.
             None => there.iter_mut().zip(&*gone).for_each(|(t, g)| *t &= !*g),
         }
         // A sum that overflowed is not a valid measurement, and infinity would mean "invalid".
@@ -312,7 +314,8 @@ fn symmetric(key: Key, first: u64, out: &mut [f64]) {
     (first..).zip(out).for_each(|(i, x)| *x = 2.0 * key.uniform(i) - 1.0);
 }
 
-/// Adds random numbers, times their size. If the size is 0, nothing is added, so that the value keeps all its bits.
+/// Adds random numbers multiplied by their size. If the size is 0, nothing is added, so that no bit of the value
+/// changes.
 fn add(value: &mut [f64], drawn: &[f64], size: &[f64]) {
     let sum = |v: f64, d: f64, s: f64| if s > 0.0 { v + s * d } else { v };
     match size {

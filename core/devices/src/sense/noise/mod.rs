@@ -1,7 +1,7 @@
 //! Noise that the host applies to the fields of a sensor after each measurement.
 //!
-//! - `numbers`: the elements of a field, whatever their type; `apply`: the stages of noise, in order;
-//! - this module: the state kept between measurements: walks and delayed readings.
+//! - `numbers`: access to the elements of a field of any type; `apply`: the stages of noise, in order;
+//! - this module: the state stored between measurements: walks and delayed readings.
 //!
 //! The noise that a scene declares is a [`NoiseSpec`] of the crate `tatu-scene`.
 
@@ -34,10 +34,10 @@ pub struct Noise {
     memory: Memory,
 }
 
-/// The state kept between measurements.
+/// The state stored between measurements.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct Memory {
-    /// For each field, its walks.
+    /// The walks of each field, by name.
     walks: BTreeMap<String, Walks>,
     /// Delayed readings that are not visible yet, oldest first.
     held: VecDeque<HeldReading>,
@@ -98,7 +98,7 @@ impl Noise {
         }
         let mut memory = now.take().map(|n| n.memory).unwrap_or_default();
         let Some(spec) = spec else {
-            // Without noise there is no delay, and the owner of the fields publishes the readings that are still held.
+            // Without noise there is no delay, so the readings that are still held will be released at the next check.
             if !memory.held.is_empty() {
                 memory.walks.clear();
                 *now = Some(Box::new(Noise { memory, ..Default::default() }));
@@ -114,8 +114,8 @@ impl Noise {
 
     /// Applies the noise to the fields of a measurement.
     pub fn apply(&mut self, m: Measured<'_>, pool: &rayon::ThreadPool) {
-        // Fields that others depend on are copied, so that their measured values are available until all fields are
-        // done.
+        // Fields that others depend on are copied, so that their measured values remain available until all fields have
+        // been processed.
         let noisy = |i: usize| self.plans.iter().any(|p| p.field == i);
         let asked = self.plans.iter().flat_map(|p| [p.of, p.valid]).flatten();
         let kept: BTreeMap<usize, Vec<u64>> = asked
@@ -166,7 +166,7 @@ impl Noise {
         }
     }
 
-    /// Returns whether readings are delayed, or some are still held.
+    /// Returns whether readings are delayed, or delayed readings are still held.
     pub fn delays(&self) -> bool {
         self.latency > 0.0 || !self.memory.held.is_empty()
     }
@@ -184,7 +184,7 @@ impl Noise {
         self.memory.held.push_back(reading);
     }
 
-    /// Releases the newest reading that is old enough.
+    /// Returns the newest reading that is old enough, and drops it and all older ones from the held readings.
     pub fn release(&mut self, now: f64) -> Option<HeldReading> {
         // Times are sums of steps, so the comparison tolerates rounding errors.
         let old = |r: &HeldReading| r.time + self.latency <= now + 1e-9 * (1.0 + now.abs());

@@ -90,16 +90,16 @@ fn walk(sigma: f64, tau: f64) -> Vec<f64> {
     measured.collect()
 }
 
-/// Checks that the Allan deviation is that of a Gauss-Markov process, and that it rises and falls as it must: with the
-/// square root of time for times much shorter than tau, and with its inverse for times much longer.
+/// Checks that the Allan deviation is that of a Gauss-Markov process: it must be proportional to the square root of
+/// time for times much shorter than tau, and to its inverse for times much longer.
 fn is_walk(x: &[f64], sigma: f64, tau: f64) -> Result<(), String> {
     let mut found = Vec::new();
     for m in [10usize, 40, 200, 1000, 4000, 16_000] {
         let t = m as f64 * 0.1;
         let (is, wanted) = (allan(x, m), allan_of_walk(sigma, tau, t));
-        // Each of the k differences counts about as much as an independent one, so the relative standard deviation is 1
-        // / sqrt(2 k), slightly more because neighbours share an average. The tolerance is 4 of these, plus 0.5 % for
-        // averages of few samples.
+        // Each of the k differences counts about as much as an independent one, so the relative standard deviation is
+        // about 1 / sqrt(2 k), slightly more because neighbours share an average. The tolerance is 4 of these, plus
+        // 0.5 % for averages of few samples.
         let close = 4.0 * 1.2 / (2.0 * (x.len() / m - 1) as f64).sqrt() + 0.005;
         if (is / wanted - 1.0).abs() > close {
             return Err(format!("Allan deviation {is} at {t} s, expected {wanted} within {close}"));
@@ -107,7 +107,7 @@ fn is_walk(x: &[f64], sigma: f64, tau: f64) -> Result<(), String> {
         found.push(libm::log(is));
     }
     let slope = |i: usize| (found[i + 1] - found[i]) / libm::log(4f64);
-    // The slopes from 1 s to 4 s, and from 400 s to 1600 s, for tau = 10 s; the closed form gives 0.44 and -0.49.
+    // The slopes from 1 s to 4 s, and from 400 s to 1600 s, for tau = 10 s, are 0.44 and -0.49 in closed form.
     let (rising, falling) = (slope(0), slope(4));
     match (rising - 0.5).abs() < 0.1 && (falling + 0.5).abs() < 0.15 {
         true => Ok(()),
@@ -119,8 +119,8 @@ fn is_walk(x: &[f64], sigma: f64, tau: f64) -> Result<(), String> {
 fn a_bias_walks() {
     let right = walk(2.0, 10.0);
     is_walk(&right, 2.0, 10.0).unwrap();
-    // Over a long time, the walk has its sigma, and numbers tau apart have the correlation 1/e. There are 10^5 s / (2
-    // tau) independent ones.
+    // Over a long time, the standard deviation of the walk is its sigma, and values tau apart have the correlation 1/e.
+    // There are 10^5 s / (2 tau) independent values.
     let sd = (right.iter().map(|x| x * x).sum::<f64>() / right.len() as f64).sqrt();
     assert!((sd / 2.0 - 1.0).abs() < 4.0 / (2.0 * 5000f64).sqrt(), "{sd}");
     let r = correlation(&right[100..], &right[..right.len() - 100]);
@@ -130,7 +130,7 @@ fn a_bias_walks() {
     assert!(is_walk(&walk(2.0, 12.0), 2.0, 10.0).is_err(), "tau times 1.2");
     let white = errors("many.sigma = 2", 0.5, 1);
     assert!(is_walk(&white, 2.0, 10.0).is_err(), "white noise");
-    // A random walk without bounds.
+    // An unbounded random walk.
     let mut sum = 0.0;
     let endless: Vec<f64> = white
         .iter()
@@ -208,7 +208,7 @@ fn a_shift_is_drawn_once_a_run() {
 #[test]
 fn rounding_errors_are_even() {
     let mut s = Sensor::new("many.step = 0.01", N, 1);
-    // Values that are unrelated to the grid.
+    // These values are unrelated to the grid.
     let value = |i: usize| 1.0 + (i as f64 * 0.618_033_988_749).fract();
     s.measure(0.0, |f| f.of(MANY).iter_mut().enumerate().for_each(|(i, x)| *x = value(i)));
     let read = s.read(MANY);
@@ -217,7 +217,7 @@ fn rounding_errors_are_even() {
     kolmogorov_smirnov(&errors, |x| ((x / 0.005 + 1.0) / 2.0).clamp(0.0, 1.0)).unwrap();
 }
 
-/// Returns the errors of a measurement 100 times a second; the noise period of the tests.
+/// Returns the errors of `n` measurements at 100 Hz, the rate that the tests assume for noise densities.
 fn at_100_hz(noise: &str, n: usize) -> Vec<f64> {
     let mut s = Sensor::new(noise, 1, 6);
     let measured = (0..n).map(|i| {
@@ -232,7 +232,8 @@ fn follows(x: &[f64], level: f64, slope: f64) -> Result<(), String> {
     for m in [10usize, 100, 1000, 10_000] {
         let t = m as f64 * 0.01;
         let (is, wanted) = (allan(x, m), level * libm::pow(t, slope));
-        // As above: 4 standard deviations of about 1 / sqrt(2 k) for k differences, and 1 % for averages of few samples.
+        // The tolerance is 4 standard deviations of about 1 / sqrt(2 k) for k differences, as above, plus 1 % for
+        // averages of few samples.
         let close = 4.0 * 1.2 / (2.0 * (x.len() / m - 1) as f64).sqrt() + 0.01;
         if (is / wanted - 1.0).abs() > close {
             return Err(format!("Allan deviation {is} at {t} s, expected {wanted} within {close}"));
@@ -241,8 +242,8 @@ fn follows(x: &[f64], level: f64, slope: f64) -> Result<(), String> {
     Ok(())
 }
 
-/// IEEE Std 952-1997, annex C: white noise of density N has the deviation N / sqrt(t), a random walk of K per square root of
-/// a second K sqrt(t / 3).
+/// IEEE Std 952-1997, annex C: white noise of density N has the Allan deviation N / sqrt(t), and a random walk of K per
+/// square root of a second has K sqrt(t / 3).
 #[test]
 fn densities_and_random_walks_have_the_declared_allan_deviations() {
     const MANY_SAMPLES: usize = 2_000_000;
@@ -261,7 +262,7 @@ fn a_walk_begins_at_nothing_and_grows_with_the_root_of_time() {
         .map(|seed| {
             let mut s = Sensor::new("one.random_walk = 0.5", 1, seed);
             s.measure(0.0, |f| f.of(ONE)[0] = 1.0);
-            assert_eq!(s.read(ONE)[0], 1.0, "nothing has passed");
+            assert_eq!(s.read(ONE)[0], 1.0, "no time has passed");
             s.measure(9.0, |f| f.of(ONE)[0] = 1.0);
             s.read(ONE)[0] - 1.0
         })
@@ -274,10 +275,10 @@ fn a_walk_begins_at_nothing_and_grows_with_the_root_of_time() {
 fn a_device_saturates_after_its_noise() {
     let values = errors("many = { sigma = 1.0, clamp = [-1.0, 2.0] }", 0.0, 3);
     let share = |at: f64| values.iter().filter(|x| **x == at).count() as f64 / N as f64;
-    // Beyond one standard deviation lies 0.1587 of a normal distribution, beyond two 0.0228.
+    // The share of a normal distribution beyond one standard deviation is 0.1587, and beyond two 0.0228.
     assert!((share(-1.0) - 0.1587).abs() < 0.004 && (share(2.0) - 0.0228).abs() < 0.002);
     assert!(values.iter().all(|x| (-1.0..=2.0).contains(x)));
-    // Steps come after it, so a step beyond the range is rounded to.
+    // Values are rounded to steps after they are clamped; here, -1 and 1 are rounded to the first step on each side.
     let rough = errors("many = { sigma = 1.0, clamp = [-1.0, 1.0], step = 0.7 }", 0.0, 3);
     let mut steps: Vec<i64> = rough.iter().map(|x| (x / 0.7).round() as i64).collect();
     steps.sort_unstable();

@@ -7,7 +7,7 @@ use tatu_plugins::FieldInfo;
 
 use super::*;
 
-/// Indices of the fields of the test kind.
+/// Indices of the fields of the sensor kind used in the tests.
 pub const ONE: usize = 0;
 pub const MANY: usize = 1;
 pub const OTHER: usize = 2;
@@ -78,7 +78,7 @@ impl Fields<'_> {
     }
 }
 
-/// A sensor that has noise and nothing else.
+/// A sensor without a world, with only its fields and their noise.
 pub struct Sensor {
     kind: SensorKind,
     noise: Option<Box<Noise>>,
@@ -207,8 +207,8 @@ fn a_lost_element_is_told_by_value_and_by_field() {
     let lost = s.read(MANY).iter().zip(&seen).filter(|(x, s)| (x.is_infinite(), **s) == (true, 0)).count();
     let kept = s.read(MANY).iter().zip(&seen).filter(|(x, s)| (**x, **s) == (2.0, 1)).count();
     assert!(lost + kept == 1000 && lost.abs_diff(500) < 70, "{lost} {kept}");
-    // Either all components of a point are lost or none. The field that marks it and the point itself are then 0, as
-    // the schema requires.
+    // The components of a point are lost together. The field that marks a lost point and the point itself are then 0,
+    // as the schema requires.
     let mut s = Sensor::new("position.dropout = 0.5", 1, 5);
     let mut lost = 0;
     for i in 0..1000 {
@@ -247,7 +247,7 @@ fn values_stand_on_their_grid() {
         f.typed::<u16>(RAW).copy_from_slice(&[0, 1, 500, 65535, 30_000]);
     });
     assert_eq!(s.read(MANY), [0.0, 0.25, -0.25, 1e17, 7.0]);
-    // 1 / 0.9 = 1.11 is closest to 9 / 8; 1 / 100 is closer to 0 than to 1 / 8, so it is too far to be represented.
+    // 1 / 0.9 = 1.11 is closest to 9 / 8; 1 / 100 is closer to 0 than to 1 / 8, so the value 100 cannot be represented.
     let inf = f32::INFINITY;
     assert_eq!(s.read32(SMALL), [1.0, 8.0 / 9.0, 4.0, inf, inf]);
     let raw = s.fields().typed::<u16>(RAW).to_vec();
@@ -372,7 +372,7 @@ fn text_comes_back() {
     assert_eq!(NoiseSpec::parse(&written, Some(&kind)).unwrap_or_else(|w| panic!("{}", w.error)), spec);
     assert_eq!(spec.fields.keys().collect::<Vec<_>>(), ["fix.position", "test.many"]);
     assert_eq!(spec.fields["test.many"].of.as_deref(), Some("test.other"));
-    // Full names, with and without quotes.
+    // Field names may be written in full, with and without quotes.
     for same in
         ["[test.many]\nsigma = 1", "[\"test.many\"]\nsigma = 1", "test.many.sigma = 1", "many = { sigma = [1] }"]
     {
@@ -387,7 +387,7 @@ fn what_is_set_later_wins_by_field() {
     let parse = |text: &str| NoiseSpec::parse(text, Some(&kind)).unwrap_or_else(|w| panic!("{}", w.error));
     let preset = parse("latency_s = 1\nmany = { sigma = 1, step = 2 }\nsmall.sigma = 3").over(None).unwrap();
     let set = |text: &str| parse(text).over(Some(&preset));
-    // A new declaration replaces all settings of its field, and of no other field.
+    // A new declaration replaces all settings of its field, and does not affect other fields.
     let changed = set("many.uniform = 4").unwrap();
     assert_eq!(changed.fields["test.many"], FieldNoise { uniform: vec![4.0], ..Default::default() });
     assert_eq!(
@@ -422,7 +422,7 @@ fn what_is_wrong_is_named() {
         ("place.uniform = [1, 2]", "expected one number, or 3"),
         ("place.uniform = [1, 2, -3]", "each at least 0"),
         ("many.walk = 1", "`walk`: expected a table of sigma, tau_s"),
-        ("many.walk = { sigma = 1 }", "E104 `walk` without `tau_s`"),
+        ("many.walk = { sigma = 1 }", "E104 `walk` has no `tau_s`"),
         ("many.walk = { sigma = 1, tau = 1 }", "unknown key `tau` of `walk` did you mean `tau_s`"),
         ("many.walk = { sigma = 1, tau_s = 0 }", "`tau_s`: expected a number greater than 0"),
         ("many.dropout = 1.5", "`dropout`: expected a number from 0 to 1"),
@@ -430,10 +430,10 @@ fn what_is_wrong_is_named() {
         ("many = { dropout = 0.1, valid = \"position\" }", "`fix.position` cannot mark valid elements of `test.many`"),
         ("many = { dropout = 0.1, valid = \"many\" }", "names the field itself"),
         ("many = { sigma = 1, of = \"place\" }", "`test.place` differs in shape from `test.many`"),
-        ("many.of = \"other\"", "`of` without `sigma`"),
-        ("many.outliers = { sigma = 1 }", "`outliers` without `probability`"),
-        ("many.outliers = { probability = 0.1 }", "without `sigma` or `uniform`"),
-        ("many.limits = [2, 1]", "the least and the greatest"),
+        ("many.of = \"other\"", "`of` requires `sigma`"),
+        ("many.outliers = { sigma = 1 }", "`outliers` has no `probability`"),
+        ("many.outliers = { probability = 0.1 }", "has no `sigma` or `uniform`"),
+        ("many.limits = [2, 1]", "`limits`: expected [lowest, highest]"),
         ("many.sigma = 1\n\"test.many\".sigma = 1", "`noise` configures `test.many` twice"),
         ("many.sigma = ", "not TOML"),
     ] {

@@ -40,7 +40,7 @@ fn pushed() {
     assert!((engine.twist(ball).linear - linear).norm() < 1e-12);
 }
 
-/// The centre of mass moves correctly, wherever the body's origin is.
+/// The motion of the centre of mass does not depend on where the body's origin is.
 #[test]
 fn spins_about_its_centre_of_mass() {
     let mut engine = engine(0.01);
@@ -120,7 +120,7 @@ fn slides() {
     }
 }
 
-/// A ball of inertia 2/5 m r^2 rolls down a slope with a = 5/7 g sin s if friction holds it.
+/// A ball of inertia 2/5 m r^2 rolls down a slope with a = 5/7 g sin s if friction prevents slipping.
 #[test]
 fn rolls() {
     let slope = 10f64.to_radians();
@@ -190,7 +190,7 @@ fn forms_rest_where_they_end() {
     }
 }
 
-/// Restitution is the product: 1 and 0.5 return half the speed, 1 and 0 none.
+/// The restitution of a pair is the product of both: 1 and 0.5 return half the speed, 1 and 0 none of it.
 #[test]
 fn bounces() {
     for (restitution, returned) in [(1.0, 0.5), (0.0, 0.0)] {
@@ -292,5 +292,5 @@ fn equal_forms_are_made_once_and_unused_ones_forgotten() {
     }
     let kept = (0..1000).map(|i| add(block(1.0 + f64::from(i))).1).max();
     assert!(kept < Some(16), "{kept:?}");
-    assert!(Arc::ptr_eq(&first, &add(block(0.2)).0), "one in use was forgotten");
+    assert!(Arc::ptr_eq(&first, &add(block(0.2)).0), "a shape in use was dropped");
 }

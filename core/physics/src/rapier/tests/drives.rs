@@ -123,13 +123,13 @@ fn position() {
     for step in 0..500 {
         engine.advance(1);
         let state = engine.joint_state(joint);
-        // The velocity read after the first step, in which it jumps, is too high.
+        // The velocity reported for the first step, in which it jumps, is too high.
         if step > 0 {
             fastest = fastest.max(state.velocity.abs());
         }
         if step == 100 {
-            // The iterations leave an error of 0.3 % of the velocity for a rod, and less of the distance (here with 20
-            // ms to get going).
+            // For a rod, the iterations leave an error of 0.3 % of the velocity and a smaller one of the distance,
+            // which here includes 20 ms to reach the speed.
             assert!((state.velocity - 0.5).abs() < 0.003 * 0.5, "{state:?}");
             assert!((state.position - 0.505).abs() < 0.002, "{state:?}");
         }
@@ -141,7 +141,7 @@ fn position() {
     assert!((state.effort / wanted - 1.0).abs() < 0.02, "{} instead of {wanted}", state.effort);
 }
 
-/// Without limits, the drive takes the shorter way, across pi; with limits, the way within them.
+/// Without limits, the drive turns along the shorter path, across pi; with limits, along the path within them.
 #[test]
 fn ways_round() {
     for (limits, over_pi) in [(None, true), (Some((-3.0, 3.0)), false)] {
@@ -165,7 +165,7 @@ fn ways_round() {
     }
 }
 
-/// Limits hold the weight; a falling arm stops at them.
+/// A falling arm stops at its limit, and limits carry the weight of what rests against them.
 #[test]
 fn limits() {
     let mut engine = engine(0.01);
@@ -203,7 +203,7 @@ fn fixed_joint() {
     assert_eq!(engine.joint_state(joint), JointState::default());
 }
 
-/// Drives with NaN or infinite numbers leave the joint passive.
+/// Drives with NaN or infinite values leave the joint passive.
 #[test]
 fn nonsense() {
     let mut engine = engine(0.01);

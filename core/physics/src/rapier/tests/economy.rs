@@ -1,4 +1,4 @@
-//! Tests that work is avoided where it has no effect.
+//! Tests that computations without effect on the result are skipped.
 
 use std::sync::Arc;
 
@@ -73,6 +73,6 @@ fn parts_are_halved_until_a_swing_ends() {
     }
     assert!(fastest > 4.0, "{fastest}");
     let (first, end) = (halved.iter().position(|h| *h).unwrap(), halved.iter().rposition(|h| *h).unwrap());
-    assert!(halved[first..=end].iter().all(|h| *h), "it changes once");
+    assert!(halved[first..=end].iter().all(|h| *h), "sub-steps must change only once");
     assert!((end as i32 - last_fast - 200).abs() < 5, "fast until step {last_fast}, halved until {end}");
 }

@@ -21,7 +21,7 @@ fn run(engine: &mut Rapier, steps: u32) {
     }
 }
 
-/// Once they have separated, they are an ordinary pair.
+/// Once the bodies have separated, they are an ordinary pair.
 #[test]
 fn parted_pairs_are_forgotten() {
     let mut engine = engine(0.005);

@@ -37,7 +37,7 @@ fn filtered_trees_meet_others() {
         let mut engine = engine(0.01);
         floor(&mut engine);
         let low = |other| Respond { mask: other, tree: 7 };
-        // All are at the same place, so only the filter can decide which of them collide.
+        // All bodies overlap, so only the filter can decide which of them collide.
         let ids = [mask, 0xff02, 0x0003].map(|m| {
             let desc = body(at(0.0, 0.0, 0.1), mass_of_ball(), sphere(0.1));
             engine.add_body(&BodyDesc { respond: low(m), ..desc })

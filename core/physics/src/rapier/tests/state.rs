@@ -93,7 +93,7 @@ fn same_bits_on_any_number_of_threads() {
     assert!(one == run(3));
 }
 
-/// A body that gets a NaN or an infinite number is frozen where it was and reported once; the others are unaffected.
+/// A body that receives a NaN or infinite value is frozen at its pose and reported once; other bodies are unaffected.
 #[test]
 fn quarantine() {
     let nan = Vector3::new(f64::NAN, 0.0, 0.0);
@@ -125,7 +125,7 @@ fn quarantine() {
     }
 }
 
-/// A body with invalid numbers from the start is created, frozen and reported, so that ids stay dense.
+/// A body with invalid values from the start is created, frozen and reported, so that ids stay dense.
 #[test]
 fn quarantine_from_the_start() {
     let mut engine = engine(0.01);

@@ -5,7 +5,7 @@ use nalgebra::Vector3;
 use super::*;
 use crate::{BodyId, Drive, JointDesc, JointForm, JointId, JointKind, Passive, Twist};
 
-/// A slide along x with a block that is moved at a speed, and a free box in front of it.
+/// A block that a drive moves along x at a constant speed, and a free cube in front of it.
 struct Pusher {
     engine: Rapier,
     joint: JointId,
@@ -38,7 +38,7 @@ fn pusher() -> Pusher {
     let mut engine = engine(0.005);
     floor(&mut engine);
     let post = engine.add_body(&fixed(at(0.0, 0.0, 0.1), vec![]));
-    // without friction, so that it bears no part of the weight of what it pushes
+    // The block has no friction, so that it carries no part of the weight of the cube that it pushes.
     let desc = body(at(0.0, 0.0, 0.1), mass(1.0, [1.0 / 150.0; 3]), part(Form::Box { half: Vector3::repeat(0.1) }));
     let block = engine.add_body(&BodyDesc { friction: 0.0, ..desc });
     let cube = cube_at(&mut engine, 0.3, 0.1, 2);
@@ -58,13 +58,13 @@ fn what_a_link_touches_is_adopted_and_given_back() {
     engine.advance(200);
     assert!(adopted(&engine, cube));
     let x = engine.pose(cube).translation.x;
-    // the drive's 100 N take a moment to bring the box to its speed
+    // The cube lags slightly, because the drive's 100 N need some time to accelerate it.
     assert!((x - 0.4).abs() < 5e-4, "{x}");
     assert!((engine.joint_state(joint).effort - G).abs() < 1e-3, "{}", engine.joint_state(joint).effort);
     engine.drive(joint, Drive::Velocity { target: -0.2, max_force: 100.0, slip: 0.0 });
     engine.advance(200);
     assert!(!adopted(&engine, cube) && adopted(&engine, block));
-    // a box on a box that is pushed
+    // A cube on top of the pushed cube is adopted, too.
     let top = cube_at(&mut engine, x, 0.3, 3);
     engine.drive(joint, Drive::Velocity { target: 0.2, max_force: 100.0, slip: 0.0 });
     engine.advance(300);
@@ -132,7 +132,7 @@ fn links_that_are_placed_and_thrown_move_their_joints() {
     engine.set_twist(block, &Twist { linear: Vector3::new(-1.0, 5.0, 0.0), angular: Vector3::zeros() });
     engine.advance(1);
     let state = engine.joint_state(joint);
-    // the joint leaves it no other way
+    // The joint permits only motion along x.
     assert!((state.velocity + 1.0).abs() < 1e-9 && (state.position + 0.505).abs() < 1e-9, "{state:?}");
     assert!(engine.pose(block).translation.y.abs() < 1e-12);
 }
@@ -141,7 +141,7 @@ fn links_that_are_placed_and_thrown_move_their_joints() {
 fn forces_act_on_links_for_an_advance() {
     let Pusher { mut engine, joint, block, .. } = pusher();
     engine.drive(joint, Drive::Free);
-    // off the floor, which would rub
+    // Without the floor, there is no friction.
     engine.remove_body(BodyId(0));
     engine.push(block, Vector3::new(-2.0, 0.0, 3.0), Vector3::zeros());
     engine.advance(100);
@@ -175,8 +175,8 @@ fn loops_and_second_parents_are_refused() {
     assert!(!held(&mut engine, other, cube));
 }
 
-/// A heap of boxes is the engine's: a mechanism that reaches it becomes one in reduced form, and a tree again once it has
-/// drawn back. The drive goes on in between.
+/// A mechanism that reaches a heap of boxes is converted to reduced form, and back to a tree once it has withdrawn. Its
+/// drive continues to act throughout.
 #[test]
 fn mechanisms_in_a_crowd_are_left_to_the_engine() {
     let Pusher { engine: mut one, joint, block, cube } = pusher();
@@ -207,7 +207,7 @@ fn mechanisms_in_a_crowd_are_left_to_the_engine() {
     assert!((state.velocity + 0.4).abs() < 1e-6 && (state.position + 0.6).abs() < 0.02, "{state:?}");
 }
 
-/// Free bodies are adopted before a link, or a body that was adopted, hits them at speed, so that momentum is kept.
+/// Free bodies are adopted before a link or an adopted body hits them at speed, so that momentum is conserved.
 #[test]
 fn fast_hits_keep_momentum() {
     for speed in [0.1, 1.0, 7.0] {
@@ -226,8 +226,8 @@ fn fast_hits_keep_momentum() {
     }
 }
 
-/// A tree that meets a mechanism in reduced form, directly or through a free cube, is left to the engine, so that
-/// momentum is kept; it is a tree again after they have been apart for a while.
+/// A tree that touches a mechanism in reduced form, directly or through a free cube, is left to rapier, so that
+/// momentum is conserved. It becomes a tree again after the two have been apart for a while.
 #[test]
 fn mechanisms_that_meet_others_are_left_to_the_engine() {
     for between in [false, true] {
@@ -262,7 +262,7 @@ fn mechanisms_that_meet_others_are_left_to_the_engine() {
     }
 }
 
-/// What is placed right after a restore, or together with the base, counts.
+/// Poses that are set right after a restore, or together with that of the base, take effect.
 #[test]
 fn placing_counts_when_trees_are_made_anew() {
     let Pusher { engine: mut one, joint, block, .. } = pusher();
@@ -275,7 +275,7 @@ fn placing_counts_when_trees_are_made_anew() {
         assert!((engine.joint_state(joint).position + 0.699).abs() < 1e-6, "{:?}", engine.joint_state(joint));
     }
     assert!(one.snapshot() == two.snapshot());
-    // its base and the block by different ways
+    // The base and the block are moved by different displacements.
     let base = BodyId(1);
     one.set_pose(base, &at(0.0, 1.0, 0.1));
     one.set_pose(block, &at(-0.9, 1.0, 0.1));
@@ -284,21 +284,21 @@ fn placing_counts_when_trees_are_made_anew() {
     assert!((one.pose(block).translation.y - 1.0).abs() < 1e-9);
 }
 
-/// A force that acts for an advance goes on when a body is adopted in it.
+/// A force that acts for an advance continues to act when its body is adopted during the advance.
 #[test]
 fn forces_go_on_when_a_body_is_adopted() {
     let Pusher { mut engine, cube, joint, .. } = pusher();
     engine.drive(joint, Drive::Velocity { target: 0.0, max_force: 100.0, slip: 0.0 });
-    // pushed against the block, which stands still
+    // The cube is pushed against the block, which stands still.
     engine.push(cube, Vector3::new(-30.0, 0.0, 0.0), Vector3::zeros());
     engine.advance(400);
     assert!(adopted(&engine, cube));
-    // the floor bears what its friction can, or less
+    // The friction of the floor carries up to G newtons of the push.
     let effort = engine.joint_state(joint).effort;
     assert!(effort > 30.0 - G - 0.1 && effort < 30.1, "{effort}");
 }
 
-/// Bodies without inertia cannot be trees; they stay with the engine, and nothing is lost.
+/// Bodies without inertia cannot be trees; rapier continues to solve them, and nothing is quarantined.
 #[test]
 fn a_body_without_inertia_is_not_adopted() {
     let Pusher { mut engine, .. } = pusher();

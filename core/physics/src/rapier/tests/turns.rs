@@ -7,7 +7,7 @@ use nalgebra::{Isometry3, Vector3};
 use super::*;
 use crate::{Drive, JointDesc, JointForm, JointId, JointKind, Passive};
 
-/// A joint at half a turn, between limits beyond it on both sides, stays there.
+/// A joint at half a turn stays there if its limits include that angle, although rapier's angle wraps there.
 #[test]
 fn limits_beyond_half_a_turn_hold() {
     for form in [JointForm::Reduced, JointForm::Impulse] {

@@ -1,5 +1,5 @@
-//! A robot with two driven wheels and a caster: masses and positions are from a model of V-REP's library, and wheels
-//! collide as balls.
+//! Tests of a robot with two driven wheels and a caster. Masses and positions are from a model of V-REP's library; the
+//! wheels collide as balls.
 
 use std::f64::consts::FRAC_PI_2;
 
@@ -16,7 +16,7 @@ pub(super) struct TwoWheels {
     pub base: BodyId,
     pub wheels: [BodyId; 2],
     pub caster: [BodyId; 2],
-    /// Left, right, caster link, caster wheel.
+    /// Joints of the left wheel, the right wheel, the caster link and the caster wheel.
     pub joints: [JointId; 4],
 }
 
@@ -119,7 +119,7 @@ fn yaw(pose: &Isometry3<f64>) -> f64 {
     x.y.atan2(x.x)
 }
 
-/// Runs `seconds` in steps of 50 ms, and calls `each` after each step.
+/// Advances by `seconds` in intervals of 50 ms, and calls `each` after each interval. `step` is the physics step, s.
 fn run(engine: &mut Rapier, step: f64, seconds: f64, mut each: impl FnMut(&Rapier)) {
     for _ in 0..(seconds / 0.05).round() as u32 {
         engine.advance((0.05 / step).round() as u32);
@@ -127,7 +127,7 @@ fn run(engine: &mut Rapier, step: f64, seconds: f64, mut each: impl FnMut(&Rapie
     }
 }
 
-/// Returns a robot on a floor, settled for a second.
+/// Returns a robot on a floor, after 1 s of settling.
 fn settled(step: f64) -> (Rapier, TwoWheels) {
     let mut engine = engine(step);
     floor(&mut engine);
@@ -195,7 +195,7 @@ fn stands_still() {
     }
 }
 
-/// After a fall of 0.5 m it stands on its wheels again, and never rises above the height it was dropped from.
+/// After a fall of 0.5 m, the robot stands on its wheels again, and never rises above the height that it fell from.
 #[test]
 fn survives_a_fall() {
     for step in [0.01, 0.005] {
@@ -214,7 +214,7 @@ fn survives_a_fall() {
     }
 }
 
-/// Driven against a wall at 0.2 m/s, it stops there upright, with slipping wheels or motors at their limit.
+/// A robot that drives against a wall at 0.2 m/s stops there upright, with slipping wheels or motors at their limit.
 #[test]
 fn hits_a_wall() {
     for step in [0.01, 0.005] {

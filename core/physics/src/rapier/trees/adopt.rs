@@ -1,9 +1,9 @@
-//! Free bodies that trees touch become trees themselves until they are apart again, so that both sides of a contact
-//! are solved together.
+//! Adoption of free bodies: a free body that a tree touches becomes a tree itself until the two are apart again, so
+//! that both sides of a contact are solved together.
 //!
-//! Only the state decides: free bodies that can be reached from a link through contacts are adopted, and given back
-//! when they could not be reached for a while. A mechanism that reaches what cannot be adopted, such as a vehicle or a
-//! mechanism that the engine solves, is left to the engine as in a crowd.
+//! The decisions depend only on the state of the engine. Free bodies that can be reached from a link through contacts
+//! are adopted, and released when they have been out of reach for a while. A mechanism that reaches a body that cannot
+//! be adopted, such as a vehicle or a mechanism that rapier solves, is left to rapier like a mechanism in a crowd.
 
 use std::collections::BTreeSet;
 
@@ -15,28 +15,29 @@ use crate::{
     rapier::{records::JointRecord, report, respond::IN_TREE, sleep, state::Rapier},
 };
 
-/// Time for which a body must have been apart from all trees to be given back, s.
+/// Time for which an adopted body must be apart from all trees before it is released, s.
 const APART_S: f64 = 0.1;
 
-/// Most free bodies that a mechanism adopts, directly and through others; beyond, it is in a crowd.
+/// Maximum number of free bodies that a mechanism adopts, directly or through other free bodies; if it reaches more, it
+/// is in a crowd.
 pub(super) const MOST: usize = 16;
 
-/// What a mechanism touches or is about to, directly and through free bodies.
+/// The bodies that a mechanism touches or is about to touch, directly or through free bodies.
 pub(super) struct Reach {
-    /// Free bodies: all of them, or more than [`MOST`].
+    /// Free bodies; the search ends when there are more than [`MOST`].
     pub free: BTreeSet<BodyId>,
-    /// Bodies that move, that no tree moves, and that cannot be adopted.
+    /// Dynamic bodies that are not part of a tree and cannot be adopted.
     pub foreign: BTreeSet<BodyId>,
 }
 
 impl Rapier {
-    /// Marks a body as one that a tree moves: rapier finds its contacts with everything, and does not move it.
+    /// Marks a body as moved by a tree: rapier detects its contacts with all bodies, but does not move it.
     pub(in crate::rapier) fn take_body(&mut self, body: BodyId) {
         let Some(Some(record)) = self.tables.bodies.get_mut(body.0 as usize) else { return };
         if record.motion != Motion::Dynamic || std::mem::replace(&mut record.in_tree, true) {
             return;
         }
-        // forces of this advance go on
+        // Forces that were added for the current advance continue to act.
         let handle = record.handle;
         let moved = &mut self.world.bodies[handle];
         let (force, torque) = (moved.user_force(), moved.user_torque());
@@ -49,7 +50,7 @@ impl Rapier {
         self.set_kind(body, RigidBodyType::KinematicVelocityBased);
     }
 
-    /// Gives a body back to rapier, unless a joint of a tree still holds it.
+    /// Returns a body to rapier, unless it is adopted or a joint of a tree is still attached to it.
     pub(in crate::rapier) fn return_body(&mut self, body: BodyId) {
         let on_it = |r: &JointRecord| r.tied().is_some() && (r.bodies.0 == body || r.bodies.1 == body);
         let held = self.tables.joints.iter().flatten().any(on_it);
@@ -58,7 +59,7 @@ impl Rapier {
         }
     }
 
-    /// Gives a body back to rapier.
+    /// Returns a body to rapier unconditionally.
     pub(super) fn release_body(&mut self, body: BodyId) {
         let Some(Some(record)) = self.tables.bodies.get_mut(body.0 as usize) else { return };
         if !std::mem::replace(&mut record.in_tree, false) {
@@ -74,7 +75,7 @@ impl Rapier {
         self.forget_velocity(body);
     }
 
-    /// Gives a body back to rapier if it is adopted.
+    /// Returns a body to rapier if it is adopted.
     pub(in crate::rapier) fn give_back(&mut self, body: BodyId) {
         if self.tables.adopted.remove(&body).is_some() {
             self.return_body(body);
@@ -101,7 +102,8 @@ impl Rapier {
         }
     }
 
-    /// Adopts what trees touch, and gives back what they no longer touch. Trees in a crowd are left to rapier.
+    /// Adopts the free bodies that trees touch, releases those that they no longer touch, and leaves trees in a crowd
+    /// to rapier.
     pub(in crate::rapier) fn adopt(&mut self) {
         if self.tables.mechanisms.is_empty() && self.tables.crowded.is_empty() {
             return;
@@ -149,8 +151,8 @@ impl Rapier {
         self.leave_crowds(greatest);
     }
 
-    /// Returns what touches these bodies or is about to, directly or through free bodies; `greatest` is the greatest
-    /// travel per step of the bodies that rapier moves, m, if it moves any.
+    /// Returns the bodies that touch the given ones or are about to, directly or through free bodies. `greatest` is the
+    /// greatest travel per step of the bodies that rapier moves, m, or `None` if there are no such bodies.
     pub(super) fn reach(&self, bodies: &[BodyId], greatest: Option<f64>) -> Reach {
         let mut open = bodies.to_vec();
         let mut reach = Reach { free: BTreeSet::new(), foreign: BTreeSet::new() };
@@ -172,7 +174,7 @@ impl Rapier {
         reach
     }
 
-    /// Returns the bodies that touch a body or are about to, in order of ids.
+    /// Returns the bodies with an active contact with a body, in order of ids.
     fn touching(&self, body: BodyId) -> BTreeSet<BodyId> {
         let Some(record) = self.record(body) else { return BTreeSet::new() };
         let colliders = self.world.bodies[record.handle].colliders();
@@ -185,7 +187,7 @@ impl Rapier {
             .collect()
     }
 
-    /// Returns whether the engine moves a body that no tree may adopt.
+    /// Returns whether rapier moves a body.
     fn is_foreign(&self, body: BodyId) -> bool {
         let Some(record) = self.record(body) else { return false };
         record.motion == Motion::Dynamic && !record.in_tree && self.world.bodies[record.handle].is_enabled()
@@ -195,7 +197,7 @@ impl Rapier {
         let Some(record) = self.record(body) else { return false };
         let mass = &self.world.bodies[record.handle].mass_properties().local_mprops;
         let moments = mass.principal_inertia();
-        // without inertia, a body has no motion of its own in a tree
+        // A tree requires that every free body has mass and inertia.
         record.motion == Motion::Dynamic
             && record.joints == 0
             && mass.mass() > 0.0

@@ -1,7 +1,8 @@
 //! Bodies that are about to hit each other.
 //!
-//! The narrow phase reports a contact a step before it acts only if the bodies are slow. Fast ones must be found
-//! earlier: rapier solves a contact in the step in which it detects it, and treats a tree as having infinite mass.
+//! The narrow phase reports a contact one step before it acts only if the bodies are slow. Fast bodies must be found
+//! earlier, because rapier solves a contact in the step in which it detects it, and treats a tree as having infinite
+//! mass.
 
 use rapier3d::{
     dynamics::RigidBody,
@@ -18,19 +19,19 @@ use crate::{
     },
 };
 
-/// Combined travel of two bodies per step up to which the narrow phase reports their contact a step before, m: three
+/// Combined travel of two bodies per step up to which the narrow phase reports their contact one step ahead, m: three
 /// quarters of its prediction distance.
 const SLOW: f64 = 1.5e-3;
 
 impl Rapier {
-    /// Returns the greatest travel per step of the bodies that rapier moves, m; `None` if it moves none.
+    /// Returns the greatest travel per step of the bodies that rapier moves, m, or `None` if there are no such bodies.
     pub(super) fn greatest_travel(&self) -> Option<f64> {
         let moved = self.tables.bodies.iter().flatten().filter(|r| r.motion == Motion::Dynamic && !r.in_tree);
         moved.map(|r| self.travel(&self.world.bodies[r.handle])).reduce(f64::max)
     }
 
-    /// Returns the bodies moved by rapier that may hit a body within two steps at the current velocities, judged by
-    /// bounding boxes. `greatest` is the greatest travel per step of such bodies, m.
+    /// Returns the bodies moved by rapier whose bounding boxes may reach that of a body within two steps at the current
+    /// velocities. `greatest` is the greatest travel per step of the bodies that rapier moves, m.
     pub(super) fn approaching(&self, body: BodyId, greatest: f64) -> Vec<BodyId> {
         let mut found = Vec::new();
         let Some(own) = self.record(body).and_then(|r| self.world.bodies.get(r.handle)) else { return found };
@@ -40,7 +41,7 @@ impl Rapier {
         }
         for collider in own.colliders().iter().filter_map(|c| self.world.colliders.get(*c)) {
             let swept = collider.compute_aabb().loosened(2.0 * travel);
-            // the broad phase has boxes of the beginning of the last step
+            // The boxes of the broad phase date from the beginning of the last step.
             let near = swept.loosened(3.0 * greatest);
             for (handle, other) in self.world.intersect_aabb_conservative(near, QueryFilter::only_dynamic()) {
                 let Some(id) = report::body_of(&self.world, handle).filter(|id| *id != body) else { continue };
@@ -54,14 +55,15 @@ impl Rapier {
         found
     }
 
-    /// Returns whether a collider may come within two steps into a box that a body sweeps at its travel per step.
+    /// Returns whether a collider may enter the box `swept` within two steps. `travel` is the travel per step of the
+    /// body that sweeps the box, m.
     fn may_hit(&self, collider: &Collider, swept: &Aabb, travel: f64) -> bool {
         let Some(body) = collider.parent().and_then(|p| self.world.bodies.get(p)) else { return false };
         let own = self.travel(body);
         travel + own > SLOW && collider.compute_aabb().loosened(2.0 * own).intersects(swept)
     }
 
-    /// Returns an upper bound of the distance that any point of a body travels in a step, m.
+    /// Returns an upper bound on the distance that any point of a body travels in one step, m.
     fn travel(&self, body: &RigidBody) -> f64 {
         let spin = body.angvel().length();
         let mut speed = body.linvel().length();

@@ -1,4 +1,4 @@
-//! Trees from joints: which joints make up a mechanism, the description of its links, and their state.
+//! Construction of trees from joints: the joints of each mechanism, the description of its links, and their state.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -17,8 +17,8 @@ use crate::{
 };
 
 impl Rapier {
-    /// Makes the mechanisms anew if joints were added or removed, or bodies adopted or given back. Joints keep their
-    /// positions and velocities; others begin with those of the bodies.
+    /// Rebuilds the mechanisms if joints were added or removed, or bodies were adopted or released. Joints that existed
+    /// before keep their positions and velocities; those of new joints are computed from the bodies.
     pub(in crate::rapier) fn arrange_trees(&mut self) {
         if std::mem::take(&mut self.tables.mechanisms_changed) {
             let mut old = BTreeMap::new();
@@ -39,7 +39,7 @@ impl Rapier {
                 match built {
                     Some(built) => {
                         self.tables.mechanisms[i].built = Some(built);
-                        // what was placed from outside is read first
+                        // The poses of bodies that were placed from outside must be read before they are overwritten.
                         let mechanism = &self.tables.mechanisms[i];
                         if !mechanism.bodies.iter().any(|b| self.tables.moved.contains(b)) {
                             self.place_bodies(i);
@@ -55,7 +55,7 @@ impl Rapier {
         self.follow_moved();
     }
 
-    /// Returns the bodies of all mechanisms with their places in them.
+    /// Returns, for each body of a mechanism, its mechanism and link.
     fn list_links(&self) -> BTreeMap<BodyId, Side> {
         let mechanisms = self.tables.mechanisms.iter().enumerate().filter(|(_, m)| !m.frozen);
         mechanisms
@@ -63,7 +63,8 @@ impl Rapier {
             .collect()
     }
 
-    /// Returns whether a joint may be part of a tree: its lower body moves and hangs on no other, and it closes no loop.
+    /// Returns whether a joint may be part of a tree: its child body is dynamic and has no other parent, and the joint
+    /// closes no loop.
     pub(in crate::rapier) fn may_join_tree(&self, desc: &JointDesc) -> bool {
         let above = |body: BodyId| {
             let joints = self.tables.joints.iter().flatten();
@@ -76,7 +77,7 @@ impl Rapier {
         self.is_moved(desc.b) && above(desc.b).is_none() && at.is_none()
     }
 
-    /// Freezes mechanisms of which a body was frozen.
+    /// Freezes mechanisms that contain a frozen body.
     fn freeze_broken(&mut self) {
         for i in 0..self.tables.mechanisms.len() {
             let mechanism = &self.tables.mechanisms[i];
@@ -87,7 +88,7 @@ impl Rapier {
         }
     }
 
-    /// Freezes all bodies of a mechanism; they are reported later.
+    /// Freezes all bodies of a mechanism; [`Engine::quarantined`](crate::Engine::quarantined) reports them.
     pub(super) fn freeze_mechanism(&mut self, index: usize) {
         (self.tables.mechanisms[index].frozen, self.tables.mechanisms[index].built) = (true, None);
         for body in self.tables.mechanisms[index].bodies.clone() {
@@ -96,7 +97,7 @@ impl Rapier {
         self.tables.links = self.list_links();
     }
 
-    /// Writes down the state of each joint of a mechanism.
+    /// Stores the position, velocity and drive effort of each single-axis joint of a mechanism in `old`.
     fn remember(mechanism: &Mechanism, old: &mut BTreeMap<JointId, [f64; 3]>) {
         for (joint, (q, v, count)) in mechanism.joints.iter().zip(&mechanism.offsets) {
             if let (Some(id), 1) = (joint, *count) {
@@ -105,8 +106,8 @@ impl Rapier {
         }
     }
 
-    /// Returns the root of each mechanism and its joints, parents before children. Joints on a body that does not move
-    /// are mechanisms of their own.
+    /// Returns the root of each mechanism and its joints, parents before children. Each joint on a body that is not
+    /// dynamic starts a separate mechanism.
     fn layout(&self) -> Vec<(BodyId, Vec<JointId>)> {
         let mut below: BTreeMap<BodyId, Vec<JointId>> = BTreeMap::new();
         let mut children = BTreeSet::new();
@@ -128,7 +129,7 @@ impl Rapier {
         found
     }
 
-    /// Returns joints and all joints below them, parents first.
+    /// Returns the joints in `first` and all joints below them, parents before children.
     fn descend(&self, below: &BTreeMap<BodyId, Vec<JointId>>, first: &[JointId]) -> Vec<JointId> {
         let mut open: Vec<JointId> = first.iter().rev().copied().collect();
         let mut found = Vec::new();
@@ -148,7 +149,7 @@ impl Rapier {
         self.record(body).is_some_and(|r| r.motion == Motion::Dynamic)
     }
 
-    /// Returns a mechanism with the state that its bodies have.
+    /// Returns a mechanism whose state is that of `old` for known joints, and that of the bodies for all others.
     fn describe(&self, root: BodyId, joints: Vec<JointId>, old: &BTreeMap<JointId, [f64; 3]>) -> Mechanism {
         let (mut links, mut bodies) = (Vec::new(), Vec::new());
         if self.is_moved(root) {
@@ -180,8 +181,8 @@ impl Rapier {
         mechanism
     }
 
-    /// Returns positions and velocities of a link according to its bodies. A revolute joint is within half a turn of
-    /// `near`.
+    /// Computes the positions and velocities of a link from the poses and velocities of its bodies. The position of a
+    /// revolute joint is the one within half a turn of `near`.
     fn read_state(&self, mechanism: &Mechanism, link: usize, near: Option<f64>) -> (Vec<f64>, Vec<f64>) {
         let Some(record) = mechanism.joints[link].and_then(|j| self.joint(j)) else {
             let Some(body) = self.body(mechanism.bodies[link]) else { return (vec![0.0; 7], vec![0.0; 6]) };
@@ -221,8 +222,8 @@ impl Rapier {
         self.world.bodies.get(self.record(body)?.handle)
     }
 
-    /// Takes over what was placed or thrown from outside: joints turn as their bodies say, and the bodies follow the
-    /// joints.
+    /// Updates mechanisms with bodies whose pose or velocity was set from outside: joint states are computed from the
+    /// bodies, and the bodies are then moved onto the links.
     fn follow_moved(&mut self) {
         if self.tables.moved.is_empty() {
             return;
@@ -245,7 +246,7 @@ impl Rapier {
         }
     }
 
-    /// Moves the trees on a body that does not move by itself along with it.
+    /// Schedules a rebuild of the trees on a fixed body, so that they follow its new pose.
     pub(in crate::rapier) fn move_trees(&mut self, body: BodyId) {
         for mechanism in self.tables.mechanisms.iter_mut().filter(|m| m.root == body && m.bodies.first() != Some(&body))
         {
@@ -253,7 +254,7 @@ impl Rapier {
         }
     }
 
-    /// Returns the tree of a mechanism, or `None` if no tree can be made of it.
+    /// Builds the tree of a mechanism, or returns `None` if its description is not a valid tree.
     fn build(&self, mechanism: &Mechanism) -> Option<Built> {
         let (mut links, mut to_body) = (Vec::new(), Vec::<Isometry3<f64>>::new());
         for (joint, body) in mechanism.joints.iter().zip(&mechanism.bodies) {
@@ -261,7 +262,7 @@ impl Rapier {
                 None => (None, Isometry3::identity(), Joint::Free, Isometry3::identity(), Default::default(), None),
                 Some(record) => {
                     let parent = mechanism.bodies.iter().position(|b| *b == record.bodies.0);
-                    // positions count from where rapier's angle is not turned
+                    // Positions in a tree are counted from the joint's own zero; rapier's frame is rotated by `zero`.
                     let back = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), -record.zero);
                     let carrier = match parent {
                         Some(parent) => *to_body.get(parent)?,
@@ -293,7 +294,7 @@ impl Rapier {
             to_body.push(own);
         }
         let tree = Tree::with_any_inertia(links).ok()?;
-        // as in reduced form, links of a mechanism have no damping of their own
+        // As in reduced form, only a free body that is a tree on its own has linear and angular damping.
         let alone = mechanism.joints == [None];
         let body = mechanism.bodies.first().filter(|_| alone).and_then(|b| self.body(*b));
         let damping = body.map_or([0.0; 2], |b| [b.linear_damping(), b.angular_damping()]);
@@ -313,7 +314,7 @@ impl Rapier {
         })
     }
 
-    /// Sets the springs of a mechanism's joints, whose rest position may change in a run.
+    /// Sets the drives and springs of a mechanism's joints, which may change between steps.
     pub(super) fn set_tree_drives(&mut self, index: usize) {
         let Some(mut built) = self.tables.mechanisms[index].built.take() else { return };
         for (link, joint) in self.tables.mechanisms[index].joints.iter().enumerate() {
@@ -328,7 +329,7 @@ impl Rapier {
     }
 }
 
-/// Returns mass, kg, and inertia about the centre of mass in the body's axes, kg m^2.
+/// Returns the mass of a body, kg, and its inertia about the centre of mass in the body's axes, kg m^2.
 fn mass_of(body: &RigidBody) -> (f64, Matrix3<f64>) {
     let mass = &body.mass_properties().local_mprops;
     let moments = convert::vector_back(mass.principal_inertia());

@@ -1,4 +1,4 @@
-//! Contacts of trees: read from rapier's narrow phase, and what they did.
+//! Contacts of trees: reading them from rapier's narrow phase, and recording their impulses.
 
 use std::collections::BTreeMap;
 
@@ -20,30 +20,30 @@ use crate::{
 /// a step of 5 ms.
 const NEAR: f64 = 2e-3;
 
-/// A contact, with what is needed to report it.
+/// A contact, with the data needed to report it.
 pub(super) struct Found {
     pub contact: Contact,
     pub key: ContactKey,
-    /// Number of its face: all points of a face are reported as one contact.
+    /// Index of the contact face; all points of a face are reported as one contact.
     pub face: usize,
     pub bodies: (BodyId, BodyId),
-    /// The point in the world, m.
+    /// Contact point in the world frame, m.
     pub place: Vector3<f64>,
-    /// Sum of its impulses over the step, N s.
+    /// Sum of the contact's impulses over the step, N s.
     pub total: Vector3<f64>,
 }
 
-/// What a body is to a contact.
+/// One of the two bodies of a contact.
 struct Partner {
     body: BodyId,
-    /// The mechanism and link that it is.
+    /// Mechanism and link, or `None` if no tree moves the body.
     side: Option<Side>,
-    /// Its pose when contacts were found.
+    /// Pose at the time of collision detection.
     pose: Isometry3<f64>,
-    /// Velocity, m/s and rad/s.
+    /// Linear and angular velocity, m/s and rad/s.
     linear: Vector3<f64>,
     angular: Vector3<f64>,
-    /// Whether it can never move.
+    /// Whether the body is fixed.
     still: bool,
 }
 
@@ -64,7 +64,7 @@ impl Rapier {
             for collider in self.world.bodies[record.handle].colliders() {
                 pairs.extend(self.world.narrow_phase.contact_pairs_with(*collider));
             }
-            // rapier's order depends on the steps before
+            // Rapier's order of pairs depends on earlier steps.
             pairs.sort_by_key(|p| (index(p.collider1), index(p.collider2)));
             for pair in pairs.drain(..) {
                 let (Some(a), Some(b)) = (self.partner(pair.collider1, links), self.partner(pair.collider2, links))
@@ -72,7 +72,7 @@ impl Rapier {
                     continue;
                 };
                 let other = if a.body == *body { &b } else { &a };
-                // a pair of two links is found twice
+                // A pair of two links is found twice, once from each link.
                 if a.body != b.body && (other.side.is_none() || *body < other.body) {
                     self.read_pair(pair, &a, &b, &mut found);
                 }
@@ -87,7 +87,7 @@ impl Rapier {
         let side = links.get(&id).copied();
         let dt = self.world.integration_parameters.dt;
         let (linear, angular) = (convert::vector_back(body.linvel()), convert::vector_back(body.angvel()));
-        // rapier has moved its bodies since it found the contacts; links are where they were
+        // Rapier has moved its bodies since collision detection, but not the links.
         let pose = match side {
             Some(side) => self.link_pose(side)?,
             None => self.pose_before(id, body, dt),
@@ -95,7 +95,7 @@ impl Rapier {
         Some(Partner { body: id, side, pose, linear, angular, still: body.is_fixed() })
     }
 
-    /// Returns the pose that a body of rapier had when contacts were found.
+    /// Returns the pose that a body moved by rapier had at the time of collision detection.
     fn pose_before(&self, id: BodyId, body: &RigidBody, dt: f64) -> Isometry3<f64> {
         if let Some(Some(seen)) = self.tables.before.get(id.0 as usize).filter(|_| body.is_dynamic()) {
             return convert::pose_back(&Pose { translation: seen.place, rotation: seen.rotation });
@@ -106,7 +106,7 @@ impl Rapier {
         pose
     }
 
-    /// Returns the pose of rapier's body of a link at the beginning of the step.
+    /// Returns the pose that rapier's body of a link had at the beginning of the step.
     fn link_pose(&self, side: Side) -> Option<Isometry3<f64>> {
         Some(*self.tables.mechanisms.get(side.member)?.built.as_ref()?.poses.get(side.link)?)
     }
@@ -118,7 +118,7 @@ impl Rapier {
             for i in 0..manifold.data.solver_contacts.len() {
                 if let Some(mut new) = self.read_point(pair, manifold, i, a, b) {
                     new.face = face;
-                    // features are 0 for some forms
+                    // Some forms use feature 0 for all points, so equal keys must be distinguished by a counter.
                     while found.iter().rev().take_while(|f| f.key[..2] == new.key[..2]).any(|f| f.key == new.key) {
                         new.key[6] += 1;
                     }
@@ -138,7 +138,7 @@ impl Rapier {
     ) -> Option<Found> {
         let (data, at) = (&manifold.data, &manifold.data.solver_contacts[i]);
         let feature = manifold.points.get((at.contact_id[0] & 0x7fff_ffff) as usize)?;
-        // rapier keeps the point of a side in the world if only the other side can be moved by it
+        // Rapier stores the anchor of a side in the world frame if the contact can move only the other side.
         let place = |partner: &Partner, anchor: Vector, own: bool| {
             let anchor = convert::vector_back(anchor);
             if own { (partner.pose * Point3::from(anchor)).coords } else { anchor }
@@ -183,7 +183,8 @@ impl Rapier {
         Some(Found { contact, key, face: 0, bodies: (a.body, b.body), place: middle, total: Vector3::zeros() })
     }
 
-    /// Forgets the contacts of a body that is removed: others may get the numbers of its colliders.
+    /// Discards the stored contacts of a body that is about to be removed, because rapier may reuse the indices of its
+    /// colliders.
     pub(in crate::rapier) fn forget_contacts(&mut self, body: BodyId) {
         let Some(handle) = self.record(body).map(|r| r.handle) else { return };
         let gone: Vec<u32> = self.world.bodies[handle].colliders().iter().map(|c| index(*c)).collect();
@@ -191,7 +192,7 @@ impl Rapier {
         self.tables.touches.retain(|t| t.bodies.0 != body && t.bodies.1 != body);
     }
 
-    /// Keeps what contacts did: for reports, and for the next step to begin with.
+    /// Stores the impulses of contacts, for reports and for warm starting the next step.
     pub(super) fn keep_contacts(&mut self, found: &[Found]) {
         let dt = self.world.integration_parameters.dt;
         self.tables.kept.clear();
@@ -225,7 +226,7 @@ impl Rapier {
     }
 }
 
-/// Returns the number of a collider, which differs for all that exist at a time.
+/// Returns the index of a collider, which is unique among the colliders that exist at the same time.
 fn index(collider: ColliderHandle) -> u32 {
     collider.into_raw_parts().0
 }

@@ -1,8 +1,9 @@
-//! Mechanisms in a crowd: where many free bodies touch each other and a tree, the engine is better at all of them, and
-//! where a tree touches a vehicle or a mechanism that the engine solves, only the engine can solve both sides.
+//! Mechanisms in a crowd. Where many free bodies touch each other and a tree, rapier solves all of them better, and
+//! where a tree touches a vehicle or a mechanism that rapier solves, only rapier can solve both sides of the contact.
 //!
-//! Such a mechanism becomes one in reduced form, and what it had adopted goes back to the engine. It becomes a tree
-//! again when it has touched few bodies, all of them free, for a while. Only the state decides.
+//! Such a mechanism is converted to reduced form, and the bodies that it had adopted are returned to rapier. It is
+//! converted back to a tree when it has touched only few bodies, all of them free, for a while. The decisions depend
+//! only on the state of the engine, so a restored snapshot continues in the same way.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -19,11 +20,11 @@ use crate::{
     },
 };
 
-/// Time after which a mechanism that touches few bodies becomes a tree again, s.
+/// Time for which a mechanism must touch only few bodies before it becomes a tree again, s.
 const CALM_S: f64 = 1.0;
 
 impl Rapier {
-    /// Puts a mechanism into reduced form.
+    /// Converts a mechanism to reduced form.
     pub(super) fn join_crowd(&mut self, index: usize) {
         let Some(mechanism) = self.tables.mechanisms.get(index) else { return };
         let joints: Vec<JointId> = mechanism.joints.iter().flatten().copied().collect();
@@ -37,7 +38,7 @@ impl Rapier {
             let desc = JointDesc {
                 a,
                 b,
-                // rapier takes the frames from the record, which has turned them
+                // These are unused: rapier's joint is built from the frames of the record.
                 frame_in_a: nalgebra::Isometry3::identity(),
                 frame_in_b: nalgebra::Isometry3::identity(),
                 kind,
@@ -50,7 +51,7 @@ impl Rapier {
             let reduced = self.add_reduced(&desc, joints::build(&desc, frames, zero));
             if let (Some(reduced), Some(Some(record))) = (reduced, self.tables.joints.get_mut(id.0 as usize)) {
                 record.held = Held::Reduced(reduced);
-                // the engine's joint has all of its dry friction
+                // The new joint in reduced form has all of the dry friction.
                 record.folded = 0.0;
                 mark(&mut self.tables.changed, *id, record);
             }
@@ -60,7 +61,7 @@ impl Rapier {
         (self.tables.mechanisms_changed, self.tables.joints_changed) = (true, true);
     }
 
-    /// Returns the crowd that a new joint of a tree would be part of.
+    /// Returns the index of the crowd that a new tree joint would be part of, or `None` if there is none.
     pub(in crate::rapier) fn crowd_of(&self, desc: &JointDesc) -> Option<usize> {
         let in_it = |c: &Crowded| c.bodies.contains(&desc.a) || c.bodies.contains(&desc.b);
         self.tables.crowded.iter().position(in_it).filter(|_| desc.form == JointForm::Tree)
@@ -75,18 +76,19 @@ impl Rapier {
         }
     }
 
-    /// Makes trees of mechanisms that are no longer in a crowd. Those that touch each other wait for each other.
+    /// Converts mechanisms that are no longer in a crowd back to trees. Mechanisms that touch each other are converted
+    /// in the same step. `greatest` is the greatest travel per step of the bodies that rapier moves, m.
     pub(super) fn leave_crowds(&mut self, greatest: Option<f64>) {
         let dt = self.world.integration_parameters.dt;
         let mut crowded = std::mem::take(&mut self.tables.crowded);
         crowded.retain_mut(|crowd| {
-            // joints may have been removed
+            // Joints may have been removed since the last step.
             crowd.joints.retain(|id| self.joint(*id).is_some_and(|r| r.reduced().is_some()));
             !crowd.joints.is_empty()
         });
         let owners: BTreeMap<BodyId, usize> =
             crowded.iter().enumerate().flat_map(|(i, c)| c.bodies.iter().map(move |b| (*b, i))).collect();
-        // the crowds that each touches
+        // For each crowd, the indices of the crowds that it touches.
         let mut touched: Vec<BTreeSet<usize>> = Vec::new();
         for crowd in &mut crowded {
             let Reach { free, foreign } = self.reach(&crowd.bodies, greatest);
@@ -107,7 +109,7 @@ impl Rapier {
         }
     }
 
-    /// Makes a tree of joints in reduced form.
+    /// Converts joints in reduced form to a tree.
     fn make_tree(&mut self, joints: &[JointId]) {
         for id in joints {
             let Some(Some(record)) = self.tables.joints.get_mut(id.0 as usize) else { continue };

@@ -1,10 +1,10 @@
-//! The drives of joints, as trees understand them.
+//! Conversion of joint drives to those of `tatu_mechanisms`.
 
 use tatu_mechanisms::{Bound, Drive as TreeDrive};
 
 use crate::{Drive, rapier::records::JointRecord};
 
-/// Returns what a joint's drive does in the next physics step.
+/// Converts the drive of a joint for the next physics step.
 pub(super) fn drive(record: &JointRecord) -> TreeDrive {
     let bound = |force: f64| match record.passive.no_load_speed > 0.0 && force.is_finite() {
         true => Bound::motor(force, record.passive.no_load_speed),

@@ -1,4 +1,4 @@
-//! What the engine keeps of trees: in snapshots, and what is computed again from that.
+//! The engine's records of trees: those stored in snapshots, and those derived from them.
 
 use nalgebra::{Isometry3, Vector3};
 use serde::{Deserialize, Serialize};
@@ -9,22 +9,22 @@ use crate::{BodyId, JointId};
 /// A tree of links and its state.
 #[derive(Serialize, Deserialize)]
 pub(in crate::rapier) struct Mechanism {
-    /// The body that carries it: one that does not move, or the first link.
+    /// The body that carries the mechanism: a body that is not dynamic, or the first link.
     pub root: BodyId,
-    /// The joint of each link; `None`: the link is free.
+    /// The joint of each link; `None` means that the link is free.
     pub joints: Vec<Option<JointId>>,
-    /// Where positions and velocities of each link begin, and the number of its velocities.
+    /// For each link: offset in `q`, offset in `v`, and number of velocities.
     pub offsets: Vec<(usize, usize, usize)>,
     /// The body of each link.
     pub bodies: Vec<BodyId>,
     /// Positions and velocities, in the layout of `tatu_mechanisms`.
     pub q: Vec<f64>,
     pub v: Vec<f64>,
-    /// Efforts of the drives in the last sub-step, Nm or N.
+    /// Efforts of the drives in the last sub-step, N m or N.
     pub carried: Vec<f64>,
-    /// Whether it is no longer moved, because its state became infinite.
+    /// Whether the mechanism is frozen because its state was no longer finite.
     pub frozen: bool,
-    /// What follows from the joints and bodies.
+    /// Data derived from the joints and bodies; `None` until it is built.
     #[serde(skip)]
     pub built: Option<Box<Built>>,
 }
@@ -46,62 +46,64 @@ impl Mechanism {
     }
 }
 
-/// The tree of a mechanism, with the room to move it.
+/// The tree of a mechanism, with the buffers needed to step it.
 pub(in crate::rapier) struct Built {
     pub tree: Tree,
     pub solver: Solver,
     pub kinematics: Kinematics,
     pub drives: Drives,
     pub state: State,
-    /// Pose of rapier's body in the frame of each link, and in the world at the beginning of the step.
+    /// Pose of rapier's body in the frame of each link.
     pub to_body: Vec<Isometry3<f64>>,
+    /// Pose of rapier's body of each link in the world frame, at the beginning of the step.
     pub poses: Vec<Isometry3<f64>>,
-    /// Origin of each link at the beginning of the step.
+    /// Origin of each link in the world frame at the beginning of the step, m.
     pub origins: Vec<Vector3<f64>>,
-    /// Room to solve the island whose first mechanism this is.
+    /// Buffers for solving the island whose first mechanism this is.
     pub group: Group,
-    /// Rates at which an adopted body loses velocity and angular velocity, 1/s.
+    /// Linear and angular damping of an adopted body, 1/s.
     pub damping: [f64; 2],
-    /// Sums of the efforts of drives over sub-steps.
+    /// Efforts of the drives, summed over the sub-steps of the last step, N m or N.
     pub efforts: Vec<f64>,
 }
 
-/// The impulse of a contact of a tree, which the next step begins with.
+/// The impulse of a contact of a tree, used to warm start the next step.
 #[derive(Clone, Copy, Serialize, Deserialize)]
 pub(in crate::rapier) struct Kept {
-    /// The two colliders, their parts, and the features that touch.
+    /// Identifies the contact.
     pub key: ContactKey,
-    /// On the second body, N s.
+    /// Impulse on the second body, N s.
     pub impulse: Vector3<f64>,
 }
 
-/// Identifies a contact from step to step: two colliders, then a part and a feature of each, and a counter of equal
-/// ones.
+/// Identifies a contact from step to step: the indices of both colliders, the touching part of each, the touching
+/// feature of each, and a counter that distinguishes contacts that are otherwise equal.
 pub(in crate::rapier) type ContactKey = [u32; 7];
 
-/// What one contact of a tree did in the last step: all its points on one face.
+/// The effect of one contact face of a tree in the last step.
 #[derive(Clone, Serialize, Deserialize)]
 pub(in crate::rapier) struct Touch {
     pub bodies: (BodyId, BodyId),
-    /// Where the normal force acts, m.
+    /// Point at which the normal force acts, in the world frame, m.
     pub point: Vector3<f64>,
-    /// From the first to the second body.
+    /// Unit vector from the first body to the second.
     pub normal: Vector3<f64>,
-    /// Normal force and friction on the second body, N, averaged over the step.
+    /// Normal force on the second body, N, averaged over the step.
     pub force: f64,
+    /// Friction on the second body, N, averaged over the step.
     pub friction: Vector3<f64>,
 }
 
-/// A mechanism that is in reduced form because it is in a crowd.
+/// A mechanism that is in reduced form because it is in a crowd: see [`super::crowd`].
 #[derive(Serialize, Deserialize)]
 pub(in crate::rapier) struct Crowded {
     pub joints: Vec<JointId>,
     pub bodies: Vec<BodyId>,
-    /// Time for which it has touched few bodies, s.
+    /// Time for which the mechanism has touched only few bodies, s.
     pub calm_s: f64,
 }
 
-/// A force and a torque on a body of a tree, at its centre of mass, N and Nm.
+/// A force, N, and a torque, N m, on a body of a tree, at its centre of mass.
 #[derive(Clone, Copy, Default, Serialize, Deserialize)]
 pub(in crate::rapier) struct Load {
     pub force: Vector3<f64>,

@@ -1,4 +1,4 @@
-//! A physics step of all trees.
+//! The physics step of all trees.
 
 use nalgebra::Vector3;
 use rapier3d::math::Vector;
@@ -11,7 +11,7 @@ use super::{
 };
 use crate::{BodyId, convert, rapier::state::Rapier};
 
-/// Velocities of all trees together from which they are worth several threads.
+/// Total number of velocities of all trees from which stepping them on several threads pays off.
 const MANY: usize = 64;
 
 /// Trees that touch each other, with their contacts.
@@ -19,16 +19,17 @@ struct Island {
     /// Indices of the mechanisms, ascending, and the mechanisms themselves.
     members: Vec<usize>,
     mechanisms: Vec<Mechanism>,
-    /// Indices of the contacts, and the contacts themselves, with members by their place here.
+    /// Indices of the contacts, and the contacts themselves, whose sides refer to members of this island.
     found: Vec<usize>,
     contacts: Vec<Contact>,
+    /// Impulse of each contact, summed over sub-steps, N s.
     totals: Vec<Vector3<f64>>,
-    /// Whether the state became infinite.
+    /// Whether the state was no longer finite.
     lost: bool,
 }
 
 impl Rapier {
-    /// Moves all trees by a physics step, with the contacts that rapier has found at its beginning.
+    /// Advances all trees by one physics step, with the contacts that rapier detected at its beginning.
     pub(in crate::rapier) fn step_trees(&mut self) {
         if self.tables.mechanisms.is_empty() {
             self.tables.touches.clear();
@@ -79,7 +80,7 @@ impl Rapier {
         self.world.integration_parameters.dt / self.tables.substeps as f64
     }
 
-    /// Takes the mechanisms out of the tables, by islands.
+    /// Moves the mechanisms from the tables into islands: groups of mechanisms that touch each other.
     fn islands(&mut self, found: &[Found]) -> Vec<Island> {
         let count = self.tables.mechanisms.len();
         let mut above: Vec<usize> = (0..count).collect();
@@ -120,12 +121,12 @@ impl Rapier {
             islands[island].found.push(i);
             islands[island].contacts.push(contact);
         }
-        // the order of this vector is that of the mechanisms again
+        // Placeholders, which `step_trees` replaces by the mechanisms in their original order.
         self.tables.mechanisms = islands.iter().flat_map(|i| &i.members).map(|_| Mechanism::new(BodyId(0))).collect();
         islands
     }
 
-    /// Sets the forces on the bodies of a mechanism as generalised forces, at the poses of the beginning of the step.
+    /// Converts the forces on the bodies of a mechanism to generalised forces, at the poses at the start of the step.
     fn set_loads(&mut self, index: usize) {
         let Some(mut built) = self.tables.mechanisms[index].built.take() else { return };
         built.drives.force.fill(0.0);
@@ -136,13 +137,13 @@ impl Rapier {
             }
             let at = built.poses[link].translation.vector;
             let (force, torque) = (convert::vector_back(force), convert::vector_back(torque));
-            // refused only for numbers that are not finite, which were before
+            // This fails only for values that are not finite, which `push` has rejected.
             let _ = built.kinematics.add_force(&built.tree, link, at, force, torque, &mut built.drives.force);
         }
         self.tables.mechanisms[index].built = Some(built);
     }
 
-    /// Puts the bodies of a mechanism where its links are.
+    /// Sets the poses and velocities of a mechanism's bodies to those of its links.
     pub(super) fn place_bodies(&mut self, index: usize) {
         let mechanism = &mut self.tables.mechanisms[index];
         if mechanism.frozen {
@@ -163,7 +164,7 @@ impl Rapier {
                 built.poses[link] = pose;
                 let velocity = built.kinematics.velocity(link, pose.translation.vector);
                 let (angular, linear) = velocity.unwrap_or_default();
-                // a body that is set counts as changed, even to what it was
+                // Rapier treats a body as changed whenever it is set, even to the same values.
                 let (pose, linear, angular) =
                     (convert::pose(&pose), convert::vector(&linear), convert::vector(&angular));
                 let body = &self.world.bodies[handle];
@@ -178,7 +179,7 @@ impl Rapier {
         self.tables.mechanisms[index].built = Some(built);
     }
 
-    /// Records what the drives of a mechanism did.
+    /// Records the mean efforts of a mechanism's drives in the step.
     fn note_efforts(&mut self, index: usize) {
         let mechanism = &self.tables.mechanisms[index];
         let Some(built) = &mechanism.built else { return };
@@ -192,8 +193,8 @@ impl Rapier {
         }
     }
 
-    /// Returns the force on a body of a tree and its torque about the centre of mass, besides gravity and contacts, N
-    /// and Nm.
+    /// Returns the force on a body of a tree, N, and the torque about its centre of mass, N m, excluding gravity and
+    /// contacts.
     pub(in crate::rapier) fn tree_load(&self, body: BodyId) -> (Vector, Vector) {
         let mut load = self.tables.loads.get(&body).copied().unwrap_or_default();
         for (_, more) in self.tables.step_loads.iter().filter(|(b, _)| *b == body) {
@@ -215,7 +216,8 @@ impl Island {
         }
     }
 
-    /// Moves the trees by a number of sub-steps of `h`, s. If a state would become infinite, all stay where they are.
+    /// Advances the trees by `substeps` sub-steps of length `h`, s. If a state would not be finite, all
+    /// mechanisms of the island keep their positions and velocities.
     fn advance(&mut self, gravity: Vector3<f64>, h: f64, substeps: usize) {
         self.totals = vec![Vector3::zeros(); self.contacts.len()];
         for mechanism in &mut self.mechanisms {

@@ -1,4 +1,4 @@
-//! What a scene adds to a model, takes out of it and replaces in it.
+//! Changes of a scene to a model: objects that it adds, removes and replaces.
 
 use std::collections::BTreeSet;
 
@@ -11,7 +11,7 @@ use super::{
     Reader,
 };
 
-/// The slot of a model in which another one is put.
+/// The slot of a model that another model is mounted in.
 #[derive(Clone, Copy)]
 pub(super) struct Mounted<'a> {
     /// The model with the slot.
@@ -20,14 +20,14 @@ pub(super) struct Mounted<'a> {
 }
 
 impl Mounted<'_> {
-    /// Checks that a model fits.
+    /// Checks that a model fits the slot.
     pub fn check(&self, model: &Model) -> Result {
         let mount = &self.slot.mount;
         if mount.is_empty() || model.mounts.is_empty() || model.mounts.contains(mount) {
             return Ok(());
         }
         let text = format!(
-            "`{}` does not fit the slot `{}` of `{}`: the slot takes `{mount}`, the model is mounted by `{}`",
+            "`{}` does not fit the slot `{}` of `{}`: the slot accepts `{mount}`, but the model is mounted by `{}`",
             model.id,
             self.slot.alias,
             self.model,
@@ -36,7 +36,7 @@ impl Mounted<'_> {
         Err(Error::new("E102", text).expected(format!("a model that is mounted by `{mount}`")))
     }
 
-    /// Warns if the objects from an index on, which were put into the slot, are heavier than its payload.
+    /// Warns if the mass of the objects from index `from` on, which were added to the slot, exceeds its payload.
     fn weigh(&self, b: &mut Builder<'_>, from: usize) {
         let payload = self.slot.payload;
         let mass: f64 = b.document.objects[from..].iter().map(|o| b.document.mass(o)).sum();
@@ -49,8 +49,8 @@ impl Mounted<'_> {
 }
 
 impl Reader<'_> {
-    /// Applies the keys that every model may have: an alias, changed parts, scripts, changed properties. Returns the
-    /// base.
+    /// Applies the keys that every model may have: alias, unique name, changed parts, scripts and changed properties.
+    /// Returns the base.
     pub(super) fn finish(
         &mut self,
         b: &mut Builder<'_>,
@@ -90,7 +90,7 @@ impl Reader<'_> {
         Ok(base)
     }
 
-    /// Takes out what `remove` lists.
+    /// Removes the objects that `remove` lists.
     fn removed(&self, b: &mut Builder<'_>, table: &dyn TableLike, base: usize) -> Result {
         let Some(item) = table.get("remove") else { return Ok(()) };
         let at = self.text.value(table, "remove");
@@ -107,7 +107,7 @@ impl Reader<'_> {
         Ok(())
     }
 
-    /// Puts a model or an object in the place of another one: at its parent, with its pose.
+    /// Replaces an object by a model or another object, with the same parent and pose.
     fn replaced(
         &mut self,
         b: &mut Builder<'_>,
@@ -137,15 +137,15 @@ impl Reader<'_> {
         mounted: Option<Mounted<'_>>,
     ) -> Result<usize> {
         if entry.contains_key("parent") {
-            let error = Error::new("E101", "`parent` of a part that is put into a model: the model decides");
-            return Err(error.help("leave it out").at(Some(self.text.key(entry, "parent"))));
+            let error = Error::new("E101", "a part of a model cannot have the key `parent`: the model determines it");
+            return Err(error.help("remove the key").at(Some(self.text.key(entry, "parent"))));
         }
         let is_model = entry.contains_key("model") || entry.contains_key("file");
         if is_model && !entry.contains_key("kind") {
             return self.model(b, entry, Some(parent), mounted);
         }
         let new = b.document.objects.len();
-        // It belongs to the model, not to the scene itself.
+        // The object belongs to the model, not to the scene itself.
         let group = b.document.new_group();
         let outer = std::mem::replace(&mut b.group, group);
         let added = self.object(b, entry, Some(parent));
@@ -153,7 +153,7 @@ impl Reader<'_> {
         added.map(|()| new)
     }
 
-    /// Returns the tables of an entry: itself, or those of a list.
+    /// Returns the tables of an entry, which is a single table or a list of tables.
     fn entries<'t>(&self, table: &dyn TableLike, key: &str, item: &'t Item) -> Result<Vec<&'t dyn TableLike>> {
         let wrong = || {
             Error::new("E102", format!("`{key}`: expected a table or a list of tables"))
@@ -177,7 +177,7 @@ impl Reader<'_> {
     }
 }
 
-/// Returns an object below the base of a model, which is not the base itself.
+/// Returns the object that a path refers to, which must be a descendant of the base of a model.
 fn below(b: &Builder<'_>, base: usize, path: &str) -> Result<usize> {
     let found = overrides::find(b.document, Some(base), path)?;
     let mut above = b.document.objects[found].parent;
@@ -191,7 +191,8 @@ fn below(b: &Builder<'_>, base: usize, path: &str) -> Result<usize> {
     Err(Error::new("E110", text).expected("a path below the base, such as \"part/piece\""))
 }
 
-/// Returns all objects below the base of a model that a path stands for; `*` and `?` in its last part match several.
+/// Returns all descendants of the base of a model that a path matches. Its last part may contain the wildcards `*` and
+/// `?`.
 fn all_below(b: &Builder<'_>, base: usize, path: &str) -> Result<Vec<usize>> {
     let (above, pattern) = path.rsplit_once('/').unwrap_or(("", path));
     if !pattern.contains(['*', '?']) {
@@ -206,7 +207,7 @@ fn all_below(b: &Builder<'_>, base: usize, path: &str) -> Result<Vec<usize>> {
     Ok(found)
 }
 
-/// Returns the object of a slot. Models that declare no slots take parts at any object.
+/// Returns a slot and its object. Parts can be added to any object of a model that declares no slots.
 fn slot<'s>(
     b: &Builder<'_>,
     (id, slots): (&str, &'s [Slot]),
@@ -225,7 +226,7 @@ fn slot<'s>(
     let object = (base..b.document.objects.len()).find(|i| b.document.objects[*i].alias == name);
     let object = object.ok_or_else(|| {
         Error::new("E110", format!("the model `{id}` has no slot `{name}` with these parameters"))
-            .help("its object was left out or removed")
+            .help("the object of the slot was left out or removed")
     })?;
     Ok((Some(slot), object))
 }

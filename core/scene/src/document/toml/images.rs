@@ -1,4 +1,4 @@
-//! Images on surfaces, which a scene refers to by the names of PNG files.
+//! Images of textures, which a scene refers to by the names of PNG files.
 
 use std::{io::Cursor, path::Path};
 
@@ -48,7 +48,7 @@ impl Reader<'_> {
     }
 }
 
-/// Decodes a PNG file: columns, rows and 4 bytes a pixel, top row first.
+/// Decodes a PNG file. Returns the number of columns and rows, and 4 bytes (RGBA) per pixel, top row first.
 fn decode(bytes: &[u8]) -> std::result::Result<(u32, u32, Vec<u8>), String> {
     let mut decoder = Decoder::new_with_limits(Cursor::new(bytes), Limits { bytes: 8 * MOST_PIXELS });
     decoder.set_transformations(Transformations::normalize_to_color8() | Transformations::ALPHA);
@@ -70,7 +70,7 @@ fn decode(bytes: &[u8]) -> std::result::Result<(u32, u32, Vec<u8>), String> {
     Ok((columns, rows, rgba))
 }
 
-/// Encodes an image as a PNG file; without opacity if it is opaque everywhere.
+/// Encodes an image as a PNG file, without an alpha channel if all pixels are opaque.
 pub fn png(image: &Image) -> Vec<u8> {
     let opaque = image.rgba().chunks_exact(4).all(|p| p[3] == 255);
     let mut out = Vec::new();
@@ -83,7 +83,7 @@ pub fn png(image: &Image) -> Vec<u8> {
         }
         false => writer.write_image_data(image.rgba()),
     });
-    // Writing to memory cannot fail, and the size was checked when the image was made.
+    // Writing to memory cannot fail, and the size was checked when the image was created.
     debug_assert!(written.is_ok());
     out
 }
@@ -101,7 +101,7 @@ mod tests {
         }
         assert!(decode(b"no image").is_err());
         let mut huge = png(&Image::new(1, 1, vec![9; 4]).unwrap());
-        // Columns and rows in the header, which is then damaged or too large.
+        // These bytes are the columns and rows in the header; the image is then too large, and its checksum wrong.
         huge[16..24].copy_from_slice(&[0, 1, 0, 0, 0, 1, 0, 0]);
         assert!(decode(&huge).is_err());
     }

@@ -70,7 +70,8 @@ impl Reader<'_> {
     }
 }
 
-/// Returns the only mesh of a document, or the meshes of its only shape joined: a piece for each material.
+/// Returns the only mesh of a document, or the joined meshes of its only shape, since importers split a mesh by
+/// material.
 fn only_mesh(document: &Document) -> Option<Mesh> {
     if let [mesh] = document.meshes.as_slice() {
         return Some((**mesh).clone());
@@ -93,7 +94,7 @@ fn only_mesh(document: &Document) -> Option<Mesh> {
     (!joined.triangles.is_empty()).then_some(joined)
 }
 
-/// Returns the folders that files must be in: that of the current file, and that of the scene.
+/// Returns the folders that files must be in: the folder of the current file and that of the scene.
 pub(super) fn roots(b: &Builder<'_>, folder: PathBuf) -> Vec<PathBuf> {
     let scene = b.document.file.as_ref().and_then(|f| f.parent()).map(PathBuf::from);
     [folder].into_iter().chain(scene).collect()

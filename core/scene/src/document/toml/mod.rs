@@ -1,15 +1,17 @@
 //! Scene files.
 //!
-//! `[scene]` holds the settings of the world, `[[model]]` places models, `[[import]]` files of other formats,
+//! `[scene]` holds the settings of the world, `[[model]]` places models, `[[import]]` files in other formats,
 //! `[[object]]` single objects; `[set]` changes properties by path, and `[providers]` chooses the plugin for a schema
 //! or language.
 //!
-//! - [`load`] and the reader of a file's tables, in order;
-//! - `scene`: `[scene]` and `[providers]`; `parts`: `[[model]]`, `[[import]]` and scenes as models; `models`: which
-//!   model a name stands for, and models of text; `naming`: their files; `changes`: what a scene adds to, takes out of and replaces in a model;
-//!   `object`: `[[object]]`, positions and `[set]`; `meshes`: meshes in separate files;
-//! - `write`: a document as a scene file; `patch`: an edited scene in the text it was read from; `value_text`: the
-//!   text of values.
+//! - this module: [`load`], and the reader of a file's tables, in order;
+//! - `scene`: `[scene]`, `[permissions]` and `[providers]`; `needs`: required plugins;
+//! - `parts`: `[[model]]`, `[[import]]` and scenes as models; `models`: lookup of models by name, and models that are
+//!   read from text; `naming`: names of models and their files; `changes`: objects that a scene adds to, removes from
+//!   and replaces in a model;
+//! - `object`: `[[object]]`, poses and `[set]`; `meshes`, `images`: meshes and images in separate files;
+//! - `write`: writes a document as a scene file; `patch`: writes an edited scene into the text that it was read from;
+//!   `value_text`: formatting of values.
 
 mod changes;
 mod images;
@@ -51,28 +53,28 @@ pub use write::{Written, folder_beside, save, write};
 /// Options of a run that affect the scene.
 #[derive(Debug, Clone, Default)]
 pub struct Options {
-    /// Seed that overrides the file's.
+    /// Seed that overrides that of the file.
     pub seed: Option<u64>,
-    /// `--set`
+    /// `--set`: overrides of properties, in order.
     pub set: Vec<Override>,
-    /// `--script`
+    /// `--script`: scripts that replace those of objects.
     pub scripts: Vec<ScriptOverride>,
-    /// `--service`
+    /// `--service`: services to add, or whose parameters are overridden.
     pub services: Vec<ServiceOverride>,
     /// The user's own defaults for parameters of services.
     pub user_settings: UserSettings,
-    /// `--allow`: what scripts may access outside the run: "exec" (other programs), "native" (libraries),
-    /// "net=HOST:PORT" (sockets).
+    /// `--allow`: permissions of scripts to access resources outside the run: "exec" (other programs), "native"
+    /// (libraries), "net=HOST:PORT" (sockets).
     pub allow: Vec<String>,
-    /// Whether importers are asked to describe their files; see [`Document::description`].
+    /// Whether importers should describe their files; see [`Document::description`].
     pub describe: bool,
     /// Source of the files; the disk by default.
     pub sources: Sources,
 }
 
-/// Returns the plugin folders that a scene names, before anything else is read.
+/// Returns the plugin folders that a scene names in `[scene]`, without reading the rest of the file.
 pub fn plugin_folders(file: &Path, sources: &Sources) -> Result<Vec<PathBuf>> {
-    // A file in a different format names none.
+    // A file in a different format cannot name plugin folders.
     let Ok(text) = String::from_utf8(read_bytes(file, sources)?) else { return Ok(Vec::new()) };
     let Ok(doc) = toml_edit::Document::parse(text.as_str()) else { return Ok(Vec::new()) };
     let here = file.parent().unwrap_or(Path::new(""));
@@ -84,7 +86,7 @@ pub fn plugin_folders(file: &Path, sources: &Sources) -> Result<Vec<PathBuf>> {
 pub fn load(file: &Path, registry: &Registry, options: &Options) -> Result<Document> {
     // Parameters of models that were set as properties: the models must be rebuilt with them.
     let mut model_params: Arc<[(usize, String, Value)]> = [].into();
-    // Each round settles at least one of them, and no scene has as many as this.
+    // Each round determines at least one more parameter, and no realistic scene overrides as many.
     for _ in 0..10_000 {
         let mut document = Reader::read(file, registry, model_params.clone(), options)?;
         let set = std::mem::take(&mut document.sets);
@@ -96,7 +98,7 @@ pub fn load(file: &Path, registry: &Registry, options: &Options) -> Result<Docum
         let lacks: Vec<String> = lacks.into_iter().map(|a| format!("`--allow {a}`")).collect();
         if !lacks.is_empty() {
             let text =
-                format!("its scripts reach beyond the run, for which you can give permission: {}", lacks.join(" "));
+                format!("its scripts request access outside the run, which you can permit by {}", lacks.join(" "));
             document.reports.push(Report::note(text));
         }
         let more = match overrides::apply(&mut document, registry, &set, &model_params)? {
@@ -114,7 +116,7 @@ pub fn load(file: &Path, registry: &Registry, options: &Options) -> Result<Docum
             }
         }
     }
-    Err(Error::new("E102", "the requested model parameters change which models exist"))
+    Err(Error::new("E102", "the overridden model parameters keep changing which models exist"))
 }
 
 /// Loads a file that becomes a part of a live scene: a scene file, or a file for an importer. If `file` is the id of a
@@ -159,15 +161,15 @@ struct Reader<'a> {
     images: BTreeMap<PathBuf, i64>,
 }
 
-/// Adds what a text in the scene format describes. If it differs from the contents of its file, errors point to whole
-/// lines of the file.
+/// Adds the objects that a text in the scene format describes. If the text differs from the contents of its file,
+/// errors refer to whole lines of the file.
 fn add_text(b: &mut Builder<'_>, file: &Path, text: &str, parent: Option<usize>) -> Result {
     let mut reader = Reader::new(file, text, b.registry);
     let place = b.place.clone();
     let (objects, sets) = (b.document.objects.len(), b.document.sets.len());
     let read = reader.file(b, parent, false);
     b.place = place;
-    // Errors that are found later do not know this text, in which bytes are elsewhere than in the file.
+    // Errors found later are located without this text, whose byte offsets differ from those of the file.
     let added = b.document.objects.iter_mut().skip(objects).filter_map(|o| o.place.as_mut());
     let set = b.document.sets.iter_mut().skip(sets).filter_map(|o| o.place.as_mut());
     for place in added.chain(set).filter(|p| p.file == file) {
@@ -229,7 +231,8 @@ impl<'a> Reader<'a> {
         Ok(document)
     }
 
-    /// Reads the current file; objects without a parent are placed below `parent`.
+    /// Reads the current file; objects without a parent are placed below `parent`. `top`: whether the file is the scene
+    /// itself, so that its settings and services apply.
     fn file(&mut self, b: &mut Builder<'_>, parent: Option<usize>, top: bool) -> Result {
         let doc = toml_edit::Document::parse(self.text.text).map_err(|e| {
             let error = Error::new("E100", format!("not a TOML file: {}", e.message()));
@@ -315,7 +318,7 @@ impl<'a> Reader<'a> {
             let spec = services::read(&self.text, self.registry, &b.document.settings.providers, table, place)?;
             if b.document.services.iter().any(|s| s.kind == spec.kind) {
                 let text = format!("the service `{}` is listed twice", self.registry.services[spec.kind].id);
-                return Err(Error::new("E102", text).expected("one of each").at(spec.place));
+                return Err(Error::new("E102", text).expected("each service at most once").at(spec.place));
             }
             b.document.services.push(spec);
         }
@@ -368,7 +371,7 @@ fn is_device(table: &dyn TableLike) -> bool {
 }
 
 fn table_span(table: &dyn TableLike) -> Option<std::ops::Range<usize>> {
-    // The span of a table begins at its header; its first key is a better place to point to.
+    // The span of a table begins at its header; errors are easier to find at its first key.
     let first = table.iter().next().map(|(k, _)| k.to_owned())?;
     table.key(&first).and_then(|k| k.span())
 }

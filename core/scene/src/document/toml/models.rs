@@ -1,4 +1,4 @@
-//! Which model a name stands for, and models that are described by text.
+//! Lookup of models by name, and models that are described by text.
 
 use std::path::{Path, PathBuf};
 
@@ -12,7 +12,7 @@ use super::{
     naming::{describes_model, find, name_of, remembered, unreadable},
 };
 
-/// What a name of a model stands for.
+/// The meaning of the name of a model.
 pub(super) enum Named {
     /// The model of a plugin, by its index.
     Code(usize),
@@ -20,13 +20,13 @@ pub(super) enum Named {
     Text(Box<Model>),
     /// A scene file without a table `[model]`.
     Scene(PathBuf),
-    /// A file of another format.
+    /// A file in another format.
     File(PathBuf),
 }
 
 impl Reader<'_> {
-    /// Returns what a name stands for: a file, if it ends with `.toml`; otherwise a model of a plugin, or one that lies
-    /// in a folder for models.
+    /// Resolves a name: to a file, if it ends with `.toml`; otherwise to a model of a plugin, or to a model in one of
+    /// the model folders.
     pub(super) fn named(&self, b: &Builder<'_>, id: &str) -> Result<Named> {
         if id.ends_with(".toml") {
             let file = self.text.file.parent().unwrap_or(Path::new("")).join(id);
@@ -64,18 +64,20 @@ impl Reader<'_> {
         }
     }
 
-    /// Returns the plugin that serves a model in a folder: the reader of texts, or an importer's.
+    /// Returns the index of the plugin that reads a model from a file: the model reader, or the plugin of an importer.
     pub(super) fn served_by(&self, file: &Path) -> Option<usize> {
         let name = file.to_string_lossy();
         if name.ends_with(".toml") {
-            // Without a reader, the error must say so, rather than that there is no such model.
+            // Without a model reader, reading the file fails later with an error about the missing reader, which is
+            // more helpful than an unknown model.
             return Some(self.registry.model_reader().unwrap_or(0));
         }
         let importer = self.registry.importers.iter().find(|i| i.suffixes.iter().any(|s| name.ends_with(s.as_str())));
         importer.map(|i| i.plugin)
     }
 
-    /// Makes a world of the model that the current file describes, with the default values of its parameters.
+    /// Builds the model that the current file describes as the whole scene. Its parameters have their default values
+    /// unless they are overridden.
     pub(super) fn alone(&mut self, b: &mut Builder<'_>) -> Result {
         let model = self.read_model(&name_of(self.text.file), self.text.file, self.text.text)?;
         let changed = b.document.model_params.iter().filter(|(n, _, _)| *n == 0);

@@ -1,4 +1,4 @@
-//! Names of models, and the files that they lead to.
+//! Names of models, and the files that they refer to.
 
 use std::path::{Path, PathBuf};
 
@@ -8,8 +8,8 @@ use toml_edit::Item;
 
 use super::super::sources::Sources;
 
-/// The name under which a document remembers where a model was found, so that it finds the same one again without the
-/// disk. No file has it.
+/// Returns the key under which the sources of a document store the path of a model, so that the same model is found
+/// again without the disk. It is not the path of an actual file.
 pub(super) fn remembered(id: &str) -> PathBuf {
     Path::new("<models>").join(id)
 }
@@ -20,7 +20,8 @@ pub(super) fn describes_model(text: &str) -> bool {
         && toml_edit::Document::parse(text).is_ok_and(|doc| matches!(doc.get("model"), Some(Item::Table(_))))
 }
 
-/// Finds a model by its name in the folders for models, or where it was found the first time; returns its file.
+/// Returns the file of a model by its name: the stored one if the sources are closed, otherwise that in the model
+/// folders.
 pub(super) fn find(id: &str, registry: &Registry, sources: &Sources) -> Option<PathBuf> {
     match sources.are_kept() {
         true => sources.read_text(&remembered(id)).ok().map(PathBuf::from),
@@ -33,7 +34,8 @@ pub(super) fn unreadable(id: &str, file: &Path, why: &std::io::Error) -> Error {
     Error::new("E105", format!("cannot read the model `{id}`: {why}")).expected(format!("a file {}", file.display()))
 }
 
-/// Returns the name of the model in a file: that of its folder, or of the file.
+/// Returns the name of the model in a file: the name of its folder if the file has the standard name, or that of the
+/// file.
 pub(super) fn name_of(file: &Path) -> String {
     let folder = file.parent().and_then(Path::file_name);
     let named = if file.file_name().is_some_and(|n| n == MODEL_FILE) { folder } else { None };

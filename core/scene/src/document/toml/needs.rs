@@ -30,7 +30,7 @@ impl Reader<'_> {
     }
 }
 
-/// Checks one need.
+/// Checks that one required plugin is loaded in a suitable version.
 fn check(registry: &Registry, need: &str) -> Result {
     let need = need.trim();
     let (id, wanted) =
@@ -38,28 +38,28 @@ fn check(registry: &Registry, need: &str) -> Result {
     let version = match wanted.trim() {
         "" => VersionReq::STAR,
         text => VersionReq::parse(text)
-            .map_err(|e| Error::new("E102", format!("`{need}` is not a need: {e}")).expected(EXPECTED))?,
+            .map_err(|e| Error::new("E102", format!("`{need}` is not a required plugin: {e}")).expected(EXPECTED))?,
     };
     let Some(plugin) = registry.plugins.iter().find(|p| p.id == id) else {
         let known: Vec<&str> = registry.plugins.iter().map(|p| p.id.as_str()).collect();
         let error = Error::new("E104", format!("the scene needs the plugin `{id}`, which is not loaded"));
         let error = error.nearest(id, known.iter().copied());
         let has_help = error.help.is_some();
-        let help = format!("`tatu plugin why {id}` tells whether it was found; `tatu plugin install` installs it");
+        let help = format!("`tatu plugin why {id}` reports whether it was found; `tatu plugin install` installs it");
         return Err(if has_help { error } else { error.help(help) });
     };
     match parse(&plugin.version) {
         Some(found) if version.matches(&found) => Ok(()),
         None if wanted.is_empty() => Ok(()),
         _ => {
-            let text = format!("the scene needs `{need}`, and version {} of it is loaded", plugin.version);
+            let text = format!("the scene needs `{need}`, but version {} is loaded", plugin.version);
             Err(Error::new("E104", text)
-                .help(format!("install another version; this one is {}", plugin.path.display())))
+                .help(format!("install another version; the loaded one is {}", plugin.path.display())))
         }
     }
 }
 
-/// Parses a version, of which minor and patch number may be missing.
+/// Parses a version, whose minor and patch numbers may be missing.
 fn parse(version: &str) -> Option<Version> {
     let missing = 2usize.saturating_sub(version.split(['-', '+']).next()?.matches('.').count());
     let at = version.find(['-', '+']).unwrap_or(version.len());

@@ -1,4 +1,4 @@
-//! `[[object]]`, positions, and `[set]`.
+//! `[[object]]`, poses and `[set]`.
 
 use nalgebra::{Isometry3, Vector3};
 use tatu_errors::{Error, Result};
@@ -16,14 +16,14 @@ impl Reader<'_> {
         if !table.contains_key("kind") && (table.contains_key("model") || table.contains_key("file")) {
             return self.model(b, table, parent, None).map(drop);
         }
-        // A sensor or actuator is known by its own key.
+        // The keys `sensor` and `actuator` imply the kind.
         let implied = ["sensor", "actuator"].into_iter().find(|k| table.contains_key(k));
         let kind = match (table.get("kind"), implied) {
             (Some(item), _) => self.string(table, "kind", item)?,
             (None, Some(kind)) => kind.to_owned(),
             (None, None) => {
                 let known: Vec<_> = KINDS.iter().map(|(n, _)| *n).collect();
-                return Err(Error::new("E104", "an [[object]] without `kind`")
+                return Err(Error::new("E104", "an [[object]] has no `kind`")
                     .expected(format!("kind = one of {}", known.join(", ")))
                     .at(Some(self.text.place(table_span(table)))));
             }
@@ -44,7 +44,7 @@ impl Reader<'_> {
             let Some(item) = table.get(key) else {
                 return Err(Error::new(
                     "E104",
-                    format!("a{} {key} without its kind", if key == "actuator" { "n" } else { "" }),
+                    format!("a{} {key} has no kind", if key == "actuator" { "n" } else { "" }),
                 )
                 .expected(format!("{key} = \"{wanted}\""))
                 .help(format!("`tatu list {key}s` shows the kinds"))
@@ -58,7 +58,7 @@ impl Reader<'_> {
             let value = Value::text(v.as_str().unwrap_or_default());
             b.set(object, "joint.type", value).map_err(|e| e.at(Some(self.text.value(table, "type"))))?;
         }
-        // A preset is applied before all other keys of the object, wherever it is in the file.
+        // A preset is applied before all other keys of the object, regardless of the order in the file.
         if let Some(item) = table.get("preset").filter(|_| b.document.objects[object].kind == TATU_KIND_SENSOR) {
             let preset = Value::text(self.string(table, "preset", item)?);
             b.set(object, "sensor.preset", preset).map_err(|e| e.at(Some(self.text.value(table, "preset"))))?;
@@ -121,7 +121,7 @@ impl Reader<'_> {
         let Some(item) = table.get("parent") else { return Ok(outer) };
         let path = self.string(table, "parent", item)?;
         overrides::find(b.document, outer, &path).map(Some).map_err(|e| {
-            let e = e.expected("an object above it in the file");
+            let e = e.expected("an object that precedes this one in the file");
             e.at(Some(self.text.value(table, "parent")))
         })
     }

@@ -1,4 +1,4 @@
-//! Entries that consist of several objects: models, imports, scenes used as models.
+//! Entries that consist of several objects: models, imports and scenes used as models.
 
 use std::path::{Path, PathBuf};
 
@@ -16,7 +16,7 @@ use super::{
     table_span,
 };
 
-/// The keys of every model, besides those that name it.
+/// The keys that every model accepts, after those that name the model.
 macro_rules! common_keys {
     ($($key:literal),*) => {
         &[
@@ -28,14 +28,14 @@ macro_rules! common_keys {
 const IMPORT_KEYS: &[&str] = common_keys!("file", "importer");
 const MODEL_KEYS: &[&str] = common_keys!("model", "file");
 
-/// Maximum nesting depth of scenes. Without it, a chain of n files that each include the next one twice would give 2^n
-/// scenes.
+/// Maximum nesting depth of scenes. Without limits, a chain of n files that each include the next one twice would
+/// create 2^n scenes.
 const DEEPEST: usize = 16;
-/// Maximum number of scenes within a scene.
+/// Maximum number of models and scenes that are read from files within a scene.
 const MOST_SCENES: usize = 20_000;
 
 impl Reader<'_> {
-    /// Reads a table that places a model; `mounted` is the slot in which it is put. Returns the index of its base.
+    /// Reads a table that places a model; `mounted` is the slot that it is mounted in. Returns the index of its base.
     pub(super) fn model(
         &mut self,
         b: &mut Builder<'_>,
@@ -45,8 +45,8 @@ impl Reader<'_> {
     ) -> Result<usize> {
         let key = if table.contains_key("file") { "file" } else { "model" };
         let Some(item) = table.get(key).filter(|_| key == "model" || !table.contains_key("model")) else {
-            return Err(Error::new("E104", "a [[model]] has either `model` or `file`")
-                .expected("model = \"<id>\", or file = \"<name>\" of a model that was saved")
+            return Err(Error::new("E104", "a [[model]] must have either `model` or `file`")
+                .expected("model = \"<id>\", or file = \"<name>\" of a saved model")
                 .at(Some(self.text.place(table_span(table)))));
         };
         let id = self.string(table, key, item)?;
@@ -71,7 +71,7 @@ impl Reader<'_> {
         self.finish(b, table, base, (&model.id, &model.slots))
     }
 
-    /// Builds a model. An error within its text says where it was placed.
+    /// Builds a model. The help of an error in the text of the model names the location where the model is placed.
     pub(super) fn built(
         &self,
         b: &mut Builder<'_>,
@@ -101,7 +101,8 @@ impl Reader<'_> {
         })
     }
 
-    /// Records that the file of a model is being read, unless it is already.
+    /// Records that the file of a model is being read. Fails if it is already being read, or if too many models are
+    /// nested.
     fn enter(&self, b: &mut Builder<'_>, id: &str, file: &Path, at: Option<Place>) -> Result {
         let full = canonical(file);
         if b.document.chain.contains(&full) {
@@ -121,7 +122,7 @@ impl Reader<'_> {
         Ok(())
     }
 
-    /// Reads an `[[import]]`: a file of another format, placed like a model.
+    /// Reads an `[[import]]`: a file in another format, placed like a model.
     pub(super) fn import(
         &mut self,
         b: &mut Builder<'_>,
@@ -129,7 +130,7 @@ impl Reader<'_> {
         parent: Option<usize>,
     ) -> Result<usize> {
         let Some(item) = table.get("file") else {
-            return Err(Error::new("E104", "an [[import]] without `file`")
+            return Err(Error::new("E104", "an [[import]] has no `file`")
                 .expected("file = \"<name>\"")
                 .at(Some(self.text.place(table_span(table)))));
         };
@@ -139,7 +140,7 @@ impl Reader<'_> {
         self.imported(b, table, (&name, &file), "file", parent)
     }
 
-    /// Places a file of another format; `key` is the one that names it.
+    /// Places a file in another format; `key` is the key that names it.
     fn imported(
         &mut self,
         b: &mut Builder<'_>,
@@ -192,7 +193,7 @@ impl Reader<'_> {
                     Some("") => format!("of every {what}: {also}"),
                     Some(x) => format!("{x}; of every {what}: {also}"),
                 };
-                // A misspelt key may be one of the keys that all of them have.
+                // A misspelt key may be one of the common keys.
                 let e = if e.help.is_none() { e.nearest(key, own.iter().copied()) } else { e };
                 Error { expected: Some(expected), ..e }.at(Some(self.text.key(table, key)))
             })?;
@@ -201,7 +202,7 @@ impl Reader<'_> {
             let value = keys::check(&entry.0, key, value).map_err(|e| e.at(place()))?;
             params.push((entry.0.key.clone(), value));
         }
-        // The model itself is started next.
+        // The model of this table is the next one to be started.
         let number = b.document.next_model;
         let changed = b.document.model_params.iter().filter(|(n, _, _)| *n == number);
         params.extend(changed.map(|(_, k, v)| (k.clone(), v.clone())));

@@ -13,8 +13,8 @@ use super::{
 };
 
 impl Reader<'_> {
-    /// Checks that a provider offers what it is selected for: a schema of readings, an id, or the suffix of a
-    /// language's files.
+    /// Checks that a provider offers the role that it is selected for: a schema of readings, an id, or a file suffix of
+    /// a language or importer.
     pub(super) fn check_provider(&self, key: &str, value: &str, sources: &Sources) -> Result {
         let plugin = |i: usize| self.registry.plugins[i].id.as_str();
         let sensors = self.registry.sensors.iter().filter(|s| s.id == key || s.schemas.iter().any(|x| x == key));
@@ -44,7 +44,7 @@ impl Reader<'_> {
             .collect();
         Err(match offers.is_empty() {
             true => error
-                .expected(format!("what a loaded plugin offers: {}", Vec::from_iter(roles.iter().copied()).join(", ")))
+                .expected(format!("a role that a plugin offers: {}", Vec::from_iter(roles.iter().copied()).join(", ")))
                 .nearest(key, roles.iter().copied()),
             false => error.expected(format!("one of {}", offers.join(", "))).nearest(value, offers.iter().copied()),
         })
@@ -86,7 +86,7 @@ impl Reader<'_> {
         Ok(())
     }
 
-    /// Reads a table of settings; `within` is the prefix of its keys.
+    /// Reads a table of settings; `within` is the prefix of its keys. The settings are applied only if `top`.
     fn settings(&self, table: &dyn TableLike, within: &str, settings: &mut Settings, top: bool) -> Result {
         let declared = settings::keys();
         for (key, item) in table.iter().filter(|(key, _)| !(within.is_empty() && *key == "data")) {

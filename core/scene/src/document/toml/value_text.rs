@@ -1,4 +1,4 @@
-//! Formatting of values for scene files: short numbers that keep all their bits when they are read again.
+//! Formatting of values for scene files: numbers are short, and are read back with the same bits.
 
 use base64::{Engine, engine::general_purpose::STANDARD};
 use tatu_plugin_api::safe::Value;
@@ -7,8 +7,8 @@ use tatu_plugins::units;
 use super::keys::PART_KEYS;
 use crate::{drive::KEYS as DRIVE_KEYS, texture::KEYS as TEXTURE_KEYS};
 
-/// Formats a key and its value as a line of a table: `limits_deg = [-90.0, 90.0]`. Returns `None` if files cannot
-/// express the value.
+/// Formats a key and its value as a line of a table, such as `limits_deg = [-90.0, 90.0]`. Returns `None` if files
+/// cannot express the value.
 pub fn line(key: &str, unit: Option<&str>, value: &Value) -> Option<String> {
     let units = units::suffixes(unit.unwrap_or(""));
     let written = |(suffix, factor): &(&str, f64)| Some(format!("{key}{suffix} = {}", text(value, *factor)?));
@@ -54,13 +54,13 @@ fn table(entries: &[(Value, Value)]) -> Option<String> {
     units_of(entries, if named { &[] } else { PART_KEYS })
 }
 
-/// Formats the drive of a robot.
+/// Formats the drive of a robot as an inline table.
 pub fn drive(value: &Value) -> Option<String> {
     let Value::Map(entries) = value else { return None };
     units_of(entries, DRIVE_KEYS)
 }
 
-/// Formats the image on a shape.
+/// Formats the texture of a shape as an inline table.
 pub fn texture(value: &Value) -> Option<String> {
     let Value::Map(entries) = value else { return None };
     units_of(entries, TEXTURE_KEYS)
@@ -102,7 +102,7 @@ fn number(x: f64) -> String {
     if x.is_nan() { "nan".into() } else { format!("{x:?}") }
 }
 
-/// Returns the shortest number that gives `x` when multiplied by a factor, or `None` if there is none.
+/// Returns a number, short if possible, that yields exactly `x` when multiplied by `factor`; `None` if none is found.
 pub fn divided(x: f64, factor: f64) -> Option<f64> {
     if factor == 1.0 {
         return Some(x);

@@ -1,5 +1,5 @@
-//! Writing a document as a scene file: all objects one by one, with only those properties that differ from the
-//! defaults. Scripts and meshes are separate files.
+//! Writes a document as a scene file: all objects one by one, with only those properties that differ from the defaults.
+//! Scripts, meshes and images are separate files.
 
 use std::{
     collections::{BTreeMap, BTreeSet},
@@ -24,18 +24,18 @@ use crate::{Scene, from_euler, rows::Row, rows::kind_name, to_euler};
 /// A scene file and its separate files.
 #[derive(Debug, Clone, Default)]
 pub struct Written {
-    /// The scene file.
+    /// The text of the scene file.
     pub text: String,
-    /// Names relative to the scene file, and contents.
+    /// The separate files: names relative to the scene file, and contents.
     pub files: Vec<(String, Vec<u8>)>,
-    /// What cannot be expressed in a file, and is left out.
+    /// Properties that cannot be expressed in a file and are left out, each with its object.
     pub left_out: Vec<String>,
 }
 
 /// Writes a document. `folder` is the folder of separate files, relative to the scene file.
 ///
-/// Reading the result gives the same scene, with the same bits in every number. Models and imports become single
-/// objects, which keep their unique names.
+/// Reading the result yields the same scene, with the same bits in every number. The objects of models and imports are
+/// written as single objects, with their unique names.
 pub fn write(document: &Document, registry: &Registry, folder: &str) -> Result<Written> {
     // This copy is used only to look up the meaning of keys.
     let mut copy = document.clone();
@@ -67,13 +67,13 @@ impl<'a> Pieces<'a> {
     pub fn new(document: &'a Document, registry: &'a Registry, folder: &'a str, taken: BTreeSet<String>) -> Self {
         Pieces { writer: Writer::new(document, registry, folder, taken), copy: document.clone() }
     }
-    /// Returns the separate files, and what was left out.
+    /// Returns the separate files, and the properties that were left out.
     pub fn finish(self) -> Written {
         self.writer.out
     }
 }
 
-/// Returns the table of an object as text, with a given path of its parent.
+/// Returns the table of an object as text. `parent` is the path of its parent.
 pub fn piece(pieces: &mut Pieces<'_>, index: usize, parent: Option<&str>) -> Result<String> {
     let Pieces { writer, copy } = pieces;
     let registry = writer.registry;
@@ -89,8 +89,8 @@ pub fn folder_beside(scene: &Path) -> String {
     format!("{stem}_files")
 }
 
-/// Writes the separate files first and then the scene file, so that it never refers to a missing file. `whole` writes a
-/// file atomically.
+/// Writes the separate files first and then the scene file, so that the latter never refers to a missing file. `whole`
+/// writes a file atomically.
 pub fn save(scene: &Path, written: &Written, whole: &dyn Fn(&Path, &[u8]) -> io::Result<()>) -> Result {
     let above = scene.parent().unwrap_or(Path::new(""));
     let fail = |path: &Path, e: io::Error| Error::new("E105", format!("cannot write {}: {e}", path.display()));
@@ -110,11 +110,11 @@ struct Writer<'a> {
     slots: Vec<u32>,
     folder: &'a str,
     out: Written,
-    /// Names of files already used, in lower case.
+    /// Names of files in use, in lower case.
     names: BTreeSet<String>,
-    /// Files of meshes, by number.
+    /// Files of meshes, by number of the mesh.
     meshes: BTreeMap<i64, String>,
-    /// Files of images, by number.
+    /// Files of images, by number of the image.
     images: BTreeMap<i64, String>,
     /// Number of objects with each alias.
     users: BTreeMap<&'a str, usize>,
@@ -184,7 +184,7 @@ impl<'a> Writer<'a> {
         }
     }
 
-    /// Writes an object. `parent` is the path of its parent; if it is not given, the parent's name is written.
+    /// Writes an object. `parent` is the path of its parent; if `None`, the unique name of the parent is written.
     fn object(&mut self, builder: &Builder<'_>, index: usize, spec: &ObjectSpec, parent: Option<&str>) -> Result {
         let slot = self.slots[index];
         let own = self.name_of(slot);
@@ -377,14 +377,14 @@ fn is_usual(row: Row, value: &Value) -> bool {
     *value == usual
 }
 
-/// Returns the last value of each key, in the order in which they were set.
+/// Returns the last value of each key, in the order in which these were set.
 fn last_of_each<K: PartialEq + Clone, V>(all: &[(K, V)]) -> impl Iterator<Item = (K, &V)> {
     let kept = all.iter().enumerate().filter(|(i, (k, _))| !all[i + 1..].iter().any(|(later, _)| later == k));
     kept.map(|(_, (k, v))| (k.clone(), v))
 }
 
-/// Formats an orientation as an empty text for the identity, as angles if they reproduce all bits, and otherwise as a
-/// quaternion.
+/// Formats an orientation as a line of a table: angles if they reproduce all bits, otherwise a quaternion. The identity
+/// yields an empty string.
 fn turned(q: &UnitQuaternion<f64>) -> String {
     const DEG: f64 = std::f64::consts::PI / 180.0;
     // The quaternions 1 and -1 are the same orientation, but differ in their bits.

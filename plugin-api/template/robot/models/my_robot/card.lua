@@ -1,4 +1,5 @@
--- What is measured for the card: each function runs as a thread beside the model, on a floor, in a world of its own.
+-- The measurements for the card. Each function runs as a threaded script beside the model, on a floor, in a world of
+-- its own.
 
 function straight_speed()
     local robot = measure.model()

@@ -1,4 +1,4 @@
--- Drives up to a wall, and stops before it. It needs a proximity sensor `eye` in the slot `front`.
+-- Drives up to a wall, and stops in front of it. Requires a proximity sensor `eye` in the slot `front`.
 local me, eye, arrived
 
 function sysCall_init()

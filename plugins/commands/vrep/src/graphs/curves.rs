@@ -1,11 +1,11 @@
 //! Commands on graphs: samples, streams, curves.
 //!
-//! Old scripts record streams that the scene defines, and set values of user streams by name; newer ones add streams
-//! and curves themselves, and refer to them by number.
+//! Old scripts set values of streams that the scene defines, by name; newer scripts add streams and curves themselves,
+//! and refer to them by number.
 
 use crate::kit::*;
 
-/// Option of a stream: it is not drawn.
+/// Option bit of a stream that is not drawn.
 const INVISIBLE: i64 = 1;
 
 pub(crate) fn offer(offer: &mut Offer<Vrep>) {
@@ -14,7 +14,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     curves(offer);
 }
 
-/// Builds a command with its flat name; failed calls by that name return -1.
+/// Builds a command with both of its names; failed calls by the flat name return -1.
 fn command(names: Names, run: fn(&mut Ctx<'_>) -> Result) -> Cmd {
     both(names, MINUS, run)
 }
@@ -33,8 +33,8 @@ fn samples(offer: &mut Offer<Vrep>) {
         .param(Param::float("time").unit("s").optional().text("time of the sample; default: simulation time"))
         .returns(Param::int("result").text("1, for scripts from before 4.0"))
         .text(
-            "Records a sample of all streams of a graph. A user stream has no value if its number was not set since \
-             the last sample.",
+            "Records a sample of all streams of a graph. A user stream for which no value was set since the last \
+             sample has no value in it.",
         )
         .example("sim.handleGraph(graph, sim.getSimulationTime() + sim.getSimulationTimeStep())"),
     );
@@ -58,7 +58,7 @@ fn samples(offer: &mut Offer<Vrep>) {
             }
             let stream = match find(c, graph, TATU_FIGURE_STREAM, &name)? {
                 Some(stream) => stream,
-                // A stand-in has no streams from its scene, so this one is added.
+                // A stand-in for a graph has no streams, so the requested one is added.
                 None if c.world().makes_stand_ins() => {
                     c.world().add_figure(graph, TATU_FIGURE_STREAM, &map(vec![("name", Value::text(&name))]))?
                 }
@@ -72,7 +72,7 @@ fn samples(offer: &mut Offer<Vrep>) {
         .param(Param::string("stream").text("its name"))
         .param(Param::float("value"))
         .returns(Param::int("result").text("1"))
-        .text("Sets the number that a user stream records in the next sample.")
+        .text("Sets the value that a user stream records in the next sample.")
         .example("sim.setGraphUserData(graph, 'distance', 0.5)"),
     );
 }
@@ -95,12 +95,12 @@ fn streams(offer: &mut Offer<Vrep>) {
         })
         .param(object("graph"))
         .param(Param::string("name"))
-        .param(Param::string("unit").optional().text("shown to users"))
-        .param(Param::int("options").default(0).optional().text("1: not drawn; others are for windows"))
+        .param(Param::string("unit").optional().text("displayed with the values"))
+        .param(Param::int("options").default(0).optional().text("1: not drawn; other bits are ignored"))
         .param(table("color", "red, green, blue, 0 to 1; default: automatic").optional())
         .param(Param::any("cyclicRange").optional().text("ignored"))
         .returns(Param::int("stream"))
-        .text("Adds a stream to a graph; a script sets its numbers.")
+        .text("Adds a stream to a graph, whose values are set by scripts.")
         .example("stream = sim.addGraphStream(graph, 'speed', 'm/s')"),
     );
     offer.command(
@@ -112,7 +112,7 @@ fn streams(offer: &mut Offer<Vrep>) {
         .param(object("graph"))
         .param(Param::int("stream"))
         .param(Param::float("value"))
-        .text("Sets the number that a stream records in the next sample.")
+        .text("Sets the value that a stream records in the next sample.")
         .example("sim.setGraphStreamValue(graph, stream, 0.3)"),
     );
     offer.command(
@@ -120,7 +120,7 @@ fn streams(offer: &mut Offer<Vrep>) {
             let (graph, stream) = (of_kind(c, 0, TATU_KIND_GRAPH)?, c.i64(1)?);
             let names = ["raw", "derivative", "integral", "cumulative"];
             let kind = usize::try_from(c.i64(2)?).ok().and_then(|i| names.get(i)).ok_or_else(|| {
-                Fail::argument("argument 3: expected 0 raw, 1 derivative, 2 integral or 3 cumulative")
+                Fail::argument("argument 3: expected 0 (raw), 1 (derivative), 2 (integral) or 3 (cumulative)")
             })?;
             let number = |i: usize, otherwise: f64| if c.has(i) { c.f64(i) } else { Ok(otherwise) };
             let all = map(vec![
@@ -137,9 +137,10 @@ fn streams(offer: &mut Offer<Vrep>) {
         .param(Param::int("type").text("0 raw, 1 derivative, 2 integral, 3 cumulative"))
         .param(Param::float("factor").default(1.0).optional())
         .param(Param::float("offset").default(0.0).optional())
-        .param(Param::int("window").default(1).optional().text("samples of which the mean is taken"))
+        .param(Param::int("window").default(1).optional().text("number of samples for the moving average"))
         .text(
-            "Sets how a stream's numbers are processed: transformed, times the factor, plus the offset, then averaged.",
+            "Sets how a stream's values are processed: transformed, multiplied by the factor, shifted by the offset, \
+             then averaged.",
         )
         .example("sim.setGraphStreamTransformation(graph, stream, 1)"),
     );
@@ -151,9 +152,9 @@ fn curves(offer: &mut Offer<Vrep>) {
             .param(object("graph"))
             .param(Param::string("name"))
             .param(Param::int("dim").text("2 or 3"))
-            .param(Param::any("streams").text("a table of `dim` streams; -1: the default is used"))
+            .param(Param::any("streams").text("a table of `dim` streams; -1: uses the default value instead"))
             .param(table("defaults", "`dim` numbers"))
-            .param(Param::string("unit").optional().text("shown to users"))
+            .param(Param::string("unit").optional().text("displayed with the values"))
             .param(Param::int("options").default(0).optional().text("ignored"))
             .param(table("color", "red, green, blue, 0 to 1; default: automatic").optional())
             .param(Param::any("width").optional().text("ignored"))
@@ -173,7 +174,7 @@ fn curves(offer: &mut Offer<Vrep>) {
         .param(Param::int("curve"))
         .param(Param::string("name").optional())
         .returns(Param::int("curve").text("the new one"))
-        .text("Adds a static copy of a curve as it is now.")
+        .text("Adds a static copy of a curve in its current state.")
         .example("copy = sim.duplicateGraphCurveToStatic(graph, curve, 'first run')"),
     );
     offer.command(
@@ -194,16 +195,16 @@ fn curves(offer: &mut Offer<Vrep>) {
             .param(object("graph"))
             .param(Param::int("type").text("0: streams over time, 1: curves in the plane, 2: curves in space"))
             .param(Param::int("index").text("from 0"))
-            .returns(Param::string("label").text("nothing at all past the end"))
+            .returns(Param::string("label").text("no values past the last index"))
             .returns(Param::int("curveType").text("the requested type"))
             .returns(Param::floats("color", 3))
-            .returns(Param::floats("x", 0).text("for a stream: times, s"))
+            .returns(Param::floats("x", 0).text("for a stream: times in s"))
             .returns(Param::floats("y", 0).text("for a stream: values"))
-            .returns(Param::floats("z", 0).text("empty but in space"))
-            .returns(Param::floats("minMax", 6).text("least and greatest x, y, z"))
+            .returns(Param::floats("z", 0).text("empty unless the curve is in space"))
+            .returns(Param::floats("minMax", 6).text("minimum and maximum of x, y and z"))
             .returns(Param::int("curve"))
             .returns(Param::int("width").text("2"))
-            .text("Returns the samples of a stream, or the points of a curve; missing ones are omitted.")
+            .text("Returns the samples of a stream, or the points of a curve, without missing values.")
             .example("label, _, _, times, values = sim.getGraphCurve(graph, 0, 0)"),
     );
     offer.command(
@@ -222,12 +223,12 @@ fn curves(offer: &mut Offer<Vrep>) {
         .returns(Param::int("attributes").text("0"))
         .returns(Param::floats("background", 3))
         .returns(Param::floats("foreground", 3))
-        .text("Returns the appearance of a graph: its title, and the colours of its picture.")
+        .text("Returns the appearance of a graph: its title and its colours.")
         .example("title = sim.getGraphInfo(graph)"),
     );
 }
 
-/// Returns the graphs that argument 0 names.
+/// Returns the graphs that argument 0 identifies.
 fn graphs(c: &Ctx<'_>) -> Result<Vec<tatu_object>> {
     match c.i64(0)? {
         all @ (HANDLE_ALL | HANDLE_ALL_EXCEPT_EXPLICIT) => {
@@ -274,7 +275,7 @@ pub(crate) fn color(c: &Ctx<'_>, i: usize) -> Result<Value> {
 fn add_curve(c: &mut Ctx<'_>) -> Result {
     let (graph, dims) = (of_kind(c, 0, TATU_KIND_GRAPH)?, c.i64(2)?);
     if !(2..=3).contains(&dims) {
-        return Err(Fail::argument("argument 3: a curve has 2 or 3 dimensions"));
+        return Err(Fail::argument("argument 3: a curve must have 2 or 3 dimensions"));
     }
     let (streams, defaults) = (c.arg(3), c.arg(4));
     let mut all = vec![("name", Value::text(c.text(1)?)), ("unit", Value::text(text_or(c, 5)?))];
@@ -298,7 +299,7 @@ fn add_curve(c: &mut Ctx<'_>) -> Result {
 
 fn get_curve(c: &mut Ctx<'_>) -> Result {
     let (graph, kind, index) = (of_kind(c, 0, TATU_KIND_GRAPH)?, c.i64(1)?, c.i64(2)?);
-    let Ok(index) = usize::try_from(index) else { return Err(Fail::argument("argument 3: indices count from 0")) };
+    let Ok(index) = usize::try_from(index) else { return Err(Fail::argument("argument 3: the index is negative")) };
     let what = if kind == 0 { TATU_FIGURE_STREAM } else { TATU_FIGURE_CURVE };
     let mut ids = c.world().figures(graph, what)?;
     if kind != 0 {

@@ -3,7 +3,7 @@
 use super::curves::color;
 use crate::kit::*;
 
-// Flags that are added to the type of a drawing.
+// Flags in the type number of a drawing.
 const ITEM_COLORS: i64 = 32;
 const VERTEX_COLORS: i64 = 64;
 const ITEM_SIZES: i64 = 128;
@@ -11,7 +11,7 @@ const CYCLIC: i64 = 4096;
 const ITEM_TRANSPARENCY: i64 = 0x80000;
 const PERSISTENT: i64 = 0x100000;
 
-/// The types of drawings in the order of their numbers, and the number of points of an item.
+/// The types of drawings, in the order of their numbers, each with the number of points per item.
 const FORMS: [(&str, i64); 13] = [
     ("points", 1),
     ("lines", 2),
@@ -33,17 +33,17 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     let command = |names: Names, run: fn(&mut Ctx<'_>) -> Result| both(names, MINUS, run);
     offer.command(
         command(["sim.addDrawingObject", "simAddDrawingObject"], add)
-            .param(Param::int("type").text("sim.drawing_..., attributes are added"))
+            .param(Param::int("type").text("sim.drawing_..., plus attributes"))
             .param(Param::float("size").text("for points and lines: pixels; for others: m"))
-            .param(Param::float("duplicateTolerance").unit("m").text("an item nearer than this to another is omitted"))
-            .param(Param::int("parent").text("the object that it moves with; -1: the world"))
+            .param(Param::float("duplicateTolerance").unit("m").text("an item closer than this to another is omitted"))
+            .param(Param::int("parent").text("the object with which the drawing moves; -1: the world"))
             .param(Param::int("maxItemCount").text("0: as many as possible"))
             .param(table("color", "red, green, blue, 0 to 1").optional())
             .param(Param::any("reserved").optional())
             .param(Param::any("specular").optional().text("ignored"))
             .param(Param::any("emission").optional().text("ignored"))
             .returns(Param::int("drawing"))
-            .text("Adds a drawing: a container of items in space. It goes when the simulation stops, unless it is persistent.")
+            .text("Adds a drawing: a container of items in space. Unless persistent, it is removed after the run.")
             .example("lines = sim.addDrawingObject(sim.drawing_lines, 2, 0, -1, 1000, {1, 0, 0})"),
     );
     offer.command(
@@ -53,8 +53,8 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             if c.has(1) && items.is_empty() {
                 return Err(Fail::argument("argument 2: expected a table of numbers, or nil"));
             }
-            // The original reads one item and ignores the rest: a segment returned by `sim.checkDistance` is followed
-            // by its length.
+            // The original reads one item and ignores the rest. Scripts rely on this: they pass results of
+            // `sim.checkDistance`, which are a segment followed by its length.
             if let Some(stride) = c.world().figure(0, drawing, false).ok().and_then(stride)
                 && items.len() > stride
                 && !items.len().is_multiple_of(stride)
@@ -66,14 +66,14 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             Ok(())
         })
         .param(Param::int("drawing"))
-        .param(Param::any("item").optional().text("numbers of an item, in world coordinates; nil: empties the drawing"))
-        .returns(Param::int("result").text("1: added; 0: full, or too near to another"))
-        .text("Adds an item to a drawing. It is kept relative to the drawing's parent.")
+        .param(Param::any("item").optional().text("numbers of an item, in the world frame; nil: empties the drawing"))
+        .returns(Param::int("result").text("1: added; 0: full, or too close to another item"))
+        .text("Adds an item to a drawing. The item is stored relative to the drawing's parent.")
         .example("sim.addDrawingObjectItem(lines, {0, 0, 0, 1, 0, 0})"),
     );
     offer.command(
         command(["sim.removeDrawingObject", "simRemoveDrawingObject"], remove)
-            .param(Param::int("drawing").text("or sim.handle_all"))
+            .param(Param::int("drawing").text("its number, or sim.handle_all"))
             .returns(Param::int("result").text("1"))
             .text("Removes a drawing.")
             .example("sim.removeDrawingObject(lines)"),
@@ -81,7 +81,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     particles(offer);
 }
 
-/// Returns how many numbers an item of a drawing has.
+/// Returns the number of values per item of a drawing.
 fn stride(drawing: ValueRef<'_>) -> Option<usize> {
     drawing.get("stride")?.as_f64().map(|x| x as usize).filter(|n| *n > 0)
 }
@@ -132,7 +132,7 @@ fn remove(c: &mut Ctx<'_>) -> Result {
     Ok(())
 }
 
-/// Adds the particle commands. Particles are drawn where they are created: they neither move nor collide.
+/// Adds the particle commands. Particles remain where they are created: they neither move nor collide.
 fn particles(offer: &mut Offer<Vrep>) {
     offer.command(
         Cmd::new("sim.addParticleObject", |c| {
@@ -154,13 +154,13 @@ fn particles(offer: &mut Offer<Vrep>) {
         .param(Param::float("size").unit("m"))
         .param(Param::any("density").optional().text("ignored: particles have no mass here"))
         .param(Param::any("parameters").optional().text("ignored"))
-        .param(Param::any("lifeTime").optional().text("ignored: the newest ones stay"))
+        .param(Param::any("lifeTime").optional().text("ignored: particles remain until newer ones displace them"))
         .param(Param::int("maxItemCount").default(0).optional())
         .param(table("color", "red, green, blue, 0 to 1").optional())
         .param(Param::any("more").rest().text("ignored"))
         .returns(Param::int("particles"))
-        .text("Adds a container of particles. They are kept where they begin; they neither fly nor push.")
-        .partial("Particles stay where they are created; they neither move nor push.")
+        .text("Adds a container of particles.")
+        .partial("Particles remain where they are created; they neither move nor collide.")
         .example("dust = sim.addParticleObject(0, 0.01, 1000, nil, 1, 100, {1, 1, 0})"),
     );
     offer.command(
@@ -175,10 +175,10 @@ fn particles(offer: &mut Offer<Vrep>) {
         })
         .old_name("simAddParticleObjectItem", MINUS)
         .param(Param::int("particles"))
-        .param(Param::any("item").optional().text("place, and velocity, which is ignored; nil: empties"))
+        .param(Param::any("item").optional().text("position, and velocity, which is ignored; nil: removes all"))
         .returns(Param::int("result").text("1"))
         .text("Adds a particle.")
-        .partial("Particles stay where they are created; they neither move nor push.")
+        .partial("Particles remain where they are created; they neither move nor collide.")
         .example("sim.addParticleObjectItem(dust, {0, 0, 1, 0, 0, 0})"),
     );
     offer.command(

@@ -1,4 +1,5 @@
-//! Commands on graphs, drawing objects and views. Views do not exist here, and their commands have no visible effect.
+//! Commands on graphs, drawing objects and floating views. Floating views are never shown; their commands only store
+//! them.
 
 mod curves;
 mod drawing;

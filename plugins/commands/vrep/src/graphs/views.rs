@@ -1,11 +1,11 @@
-//! Commands on floating views and banners. There is no window: views are only counted, so that scripts can query and
+//! Commands on floating views and banners. There is no window: views are only stored, so that scripts can query and
 //! remove them.
 
 use crate::kit::*;
 
-/// Signal kind under which views are stored; scripts cannot access it.
+/// Signal kind under which views are stored; scripts cannot access signals of this kind.
 const VIEWS: u32 = 64;
-/// Options of `adjustView`: query whether the view exists, or which object it shows.
+/// Option of `adjustView` that only queries whether the view exists; below, the option that queries the object shown.
 const ASK: i64 = 256;
 const SHOWN: i64 = 512;
 
@@ -20,11 +20,11 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             c.ret(view);
             Ok(())
         })
-        .param(Param::any("posX").optional().text("ignored, as are all that follow"))
+        .param(Param::any("posX").optional().text("ignored, as are the following arguments"))
         .param(Param::any("more").rest())
         .returns(Param::int("view"))
-        .text("Adds a floating view. Without a window nothing is shown.")
-        .partial("Without a window nothing is shown.")
+        .text("Adds a floating view. Nothing is shown, because there is no window.")
+        .partial("Nothing is shown, because there is no window.")
         .example("view = sim.floatingViewAdd(0.5, 0.5, 0.3, 0.3, 0)"),
     );
     offer.command(
@@ -55,14 +55,12 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             Ok(())
         })
         .param(Param::int("view").text("a floating view, or the index of a view of the page"))
-        .param(Param::int("object").default(-1).optional().text("the object that it shows; -1: none"))
-        .param(
-            Param::int("options").default(0).optional().text("256: only checks; 512: returns the object that it shows"),
-        )
+        .param(Param::int("object").default(-1).optional().text("the object to show; -1: none"))
+        .param(Param::int("options").default(0).optional().text("256: only checks; 512: returns the object shown"))
         .param(Param::string("label").optional().text("ignored"))
-        .returns(Param::int("result").text("1; with 256: 2 if it exists; with 512: the object that it shows, or -1"))
-        .text("Chooses what a view shows. Without a window nothing is shown.")
-        .partial("Without a window nothing is shown.")
+        .returns(Param::int("result").text("1; with 256: 2 if the view exists; with 512: the object shown, or -1"))
+        .text("Sets which object a view shows. Nothing is shown, because there is no window.")
+        .partial("Nothing is shown, because there is no window.")
         .example("sim.adjustView(view, -1, 0)"),
     );
     offer.command(
@@ -73,8 +71,8 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .param(Param::any("label").optional())
         .param(Param::any("more").rest())
         .returns(Param::int("banner").text("1"))
-        .text("Would show a text in the scene. Without a window nothing is shown.")
-        .stub("Without a window nothing is shown.")
+        .text("Accepts a text for display in the scene. Nothing is shown, because there is no window.")
+        .stub("Nothing is shown, because there is no window.")
         .example("sim.addBanner('hello', 0.1, 0)"),
     );
     offer.command(
@@ -85,7 +83,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .param(Param::any("banner").optional())
         .returns(Param::int("result").text("1"))
         .text("Removes a banner.")
-        .stub("Without a window nothing is shown.")
+        .stub("Nothing is shown, because there is no window.")
         .example("sim.removeBanner(sim.handle_all)"),
     );
 }

@@ -29,10 +29,10 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .param(Param::int("type").text("sim.joint_revolute_subtype or another joint subtype"))
         .param(Param::int("mode").text("sim.jointmode_..."))
         .param(Param::int("options").default(0).optional().text("ignored"))
-        .param(Param::any("sizes").optional().text("ignored: they concern the appearance"))
+        .param(Param::any("sizes").optional().text("ignored: they only affect the appearance"))
         .param(Param::any("colors").rest().text("ignored"))
         .returns(Param::int("joint"))
-        .text("Creates a joint that turns without limit, slides by half a metre to both sides, or rotates freely."),
+        .text("Creates a revolute joint without limits, a prismatic joint from -0.5 to 0.5 m, or a spherical joint."),
     );
     offer.command(
         both(["sim.createForceSensor", "simCreateForceSensor"], MINUS, |c| {
@@ -53,18 +53,18 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             c.ret(handle(sensor));
             Ok(())
         })
-        .param(Param::int("options").text("1: it breaks by force, 2: by torque"))
+        .param(Param::int("options").text("1: the sensor can be broken by force, 2: by torque"))
         .param(
             Param::any("intParams")
                 .optional()
-                .text("filter (0 mean, 1 median), of how many values, how many in a row break it"),
+                .text("filter (0: mean, 1: median), its number of values, consecutive overloads that break the sensor"),
         )
-        .param(Param::any("floatParams").optional().text("size (ignored), force N, torque N m that break it"))
+        .param(Param::any("floatParams").optional().text("size (ignored), breaking force (N), breaking torque (N m)"))
         .param(Param::any("colors").rest().text("ignored"))
         .returns(Param::int("sensor"))
         .text(
-            "Creates a force sensor, which rigidly connects the objects below it to those above, and measures the \
-             load.",
+            "Creates a force sensor, which rigidly connects its children to its parent, and measures the load on this \
+             connection.",
         ),
     );
     offer.command(
@@ -98,13 +98,13 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             done(c)
         })
         .param(object("sensor"))
-        .text("Breaks a force sensor: its child falls off, but remains below it in the tree."),
+        .text("Breaks a force sensor: its child detaches, but remains its child in the scene tree."),
     );
     dependencies(offer);
     child_poses(offer);
 }
 
-/// Returns the numbers of table argument `i`, or none if it is missing.
+/// Returns the numbers in table argument `i`, or an empty vector if the argument is missing.
 fn given(c: &Ctx<'_>, i: usize) -> Vec<f64> {
     let table = c.arg(i);
     (0..table.len()).map_while(|k| table.number(k)).collect()
@@ -127,7 +127,7 @@ fn dependencies(offer: &mut Offer<Vrep>) {
         .returns(Param::int("master").text("-1: none"))
         .returns(Param::float("offset"))
         .returns(Param::float("factor"))
-        .text("Returns which joint a joint follows."),
+        .text("Returns the joint that a joint follows."),
     );
     offer.command(
         both(["sim.setJointDependency", "simSetJointDependency"], MINUS, |c| {
@@ -147,8 +147,8 @@ fn dependencies(offer: &mut Offer<Vrep>) {
         .param(Param::float("offset"))
         .param(Param::float("factor"))
         .text(
-            "Sets which joint a joint follows: a kinematic joint, and the position control of a dynamic one, follow \
-               its position.",
+            "Sets the joint that a joint follows. The position of a kinematic joint, or the target position of a \
+             dynamic one, depends on the position of that joint.",
         ),
     );
     offer.command(
@@ -187,7 +187,7 @@ fn child_poses(offer: &mut Offer<Vrep>) {
         })
         .param(object("object"))
         .returns(Param::floats("pose", 7))
-        .text("Returns the pose of the moved part of a joint in the joint's frame."),
+        .text("Returns the pose of the moving part of a joint in the joint's frame."),
     );
     offer.command(
         Cmd::new("sim.setObjectChildPose", |c| {
@@ -203,7 +203,7 @@ fn child_poses(offer: &mut Offer<Vrep>) {
         })
         .param(object("joint"))
         .param(table("pose", "{x, y, z, qx, qy, qz, qw}"))
-        .text("Moves the moved part of a joint.")
+        .text("Sets the pose of the moving part of a joint.")
         .partial("Only the free components of the joint have an effect."),
     );
 }

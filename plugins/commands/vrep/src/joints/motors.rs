@@ -7,9 +7,9 @@ use crate::kit::{algebra as al, *};
 pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     let get = |names: Names, prop: fn(&Props) -> Prop, what: &str, text: &str| {
         let unit = match what {
-            "velocity" => "rad/s for a turning joint, m/s for a sliding one",
-            "force" => "N m for a turning joint, N for a sliding one",
-            _ => "rad for a turning joint, m for a sliding one",
+            "velocity" => "rad/s for a revolute joint, m/s for a prismatic one",
+            "force" => "N m for a revolute joint, N for a prismatic one",
+            _ => "rad for a revolute joint, m for a prismatic one",
         };
         both_beside(names, NIL, move |c| {
             let x = read(c, prop(&c.plugin().p))?;
@@ -31,13 +31,13 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         ["sim.getJointTargetVelocity", "simGetJointTargetVelocity"],
         |p| p.joint_target_velocity,
         "velocity",
-        "Returns the velocity that a joint's motor tries to hold.",
+        "Returns the target velocity of a joint's motor.",
     ));
     offer.command(get(
         ["sim.getJointTargetPosition", "simGetJointTargetPosition"],
         |p| p.joint_target_position,
         "position",
-        "Returns the position that a joint's motor tries to reach.",
+        "Returns the target position of a joint's motor.",
     ));
     offer.command(get(
         ["sim.getJointVelocity", "simGetJointVelocity"],
@@ -62,8 +62,8 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             Ok(())
         })
         .param(flagged("joint"))
-        .returns(Param::float("force").text("N m for a turning joint, N for a sliding one"))
-        .text("Returns the greatest force or torque of a joint's motor; in force mode the applied one, with its sign.")
+        .returns(Param::float("force").text("N m for a revolute joint, N for a prismatic one"))
+        .text("Returns the maximum force or torque of a joint's motor; in force mode, the signed force applied.")
         .example("x = sim.getJointTargetForce(joint)")
         .alias("sim.getJointMaxForce"),
     );
@@ -85,8 +85,8 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             ["sim.setJointTargetVelocity", "simSetJointTargetVelocity"],
             |p| p.joint_target_velocity,
             "velocity",
-            "Sets the velocity that a joint's motor tries to hold: rad/s or m/s; it has an effect if the motor \
-             controls velocity.",
+            "Sets the target velocity of a joint's motor (rad/s or m/s), which is used while the motor controls \
+             velocity.",
         )
         .param(motion()),
     );
@@ -95,8 +95,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             ["sim.setJointTargetPosition", "simSetJointTargetPosition"],
             |p| p.joint_target_position,
             "position",
-            "Sets the position that a joint's motor tries to reach: rad or m; it has an effect if the motor controls \
-             position.",
+            "Sets the target position of a joint's motor (rad or m), which is used while the motor controls position.",
         )
         .param(motion()),
     );
@@ -105,14 +104,14 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             ["sim.setJointForce", "simSetJointForce"],
             |p| p.joint_max_force,
             "force",
-            "Sets the greatest force (N) or torque (N m) of a joint's motor.",
+            "Sets the maximum force (N) or torque (N m) of a joint's motor.",
         )
         .alias("sim.setJointMaxForce"),
     );
     offer.command(
         Cmd::new("sim.setJointTargetForce", |c| {
             let (joint, force, p, w) = (id(c, 0)?, c.f64(1)?, &c.plugin().p, c.world());
-            // The sign is used in force mode; it is stored in case force mode is selected later.
+            // The sign only matters in force mode, but that mode may be selected later, so the sign is always stored.
             let signed = !c.has(2) || c.arg(2).truthy();
             write(c, p.joint_max_force, if signed { force } else { force.abs() })?;
             if signed {
@@ -129,11 +128,11 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             Param::any("signed")
                 .default(true)
                 .optional()
-                .text("true: the sign counts in force mode, and turns the target velocity"),
+                .text("true: the sign applies in force mode, and reverses the target velocity"),
         )
         .text(
-            "Sets the greatest force or torque of a joint's motor, and by its sign the direction. In force mode it is \
-             the force that the motor applies: a negative one pushes in the negative direction.",
+            "Sets the maximum force or torque of a joint's motor, and its direction by the sign. In force mode, it is \
+             the force that the motor applies; a negative force acts in the negative direction.",
         )
         .example("sim.setJointTargetForce(joint, -2.5)"),
     );
@@ -152,11 +151,10 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         })
         .old_name("simSetJointPosition", MINUS)
         .param(object("joint"))
-        .param(Param::float("position").text("rad or m; kept within the joint's limits"))
+        .param(Param::float("position").text("rad or m; clamped to the joint's limits"))
         .returns(Param::int("done"))
         .text(
-            "Sets the position of a joint immediately, and moves everything below it; intended for joints without \
-             physics.",
+            "Sets the position of a joint immediately, and moves its descendants; intended for joints without physics.",
         )
         .example("sim.setJointPosition(joint, math.pi / 4)"),
     );
@@ -172,8 +170,8 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .old_name("simGetJointInterval", NIL)
         .param(object("joint"))
         .returns(Param::bool("cyclic"))
-        .returns(Param::floats("interval", 2).text("least position, and the range above it"))
-        .text("Returns the limits of a joint: whether it turns without limit, and {lowest, range}.")
+        .returns(Param::floats("interval", 2).text("minimum position, and range above it"))
+        .text("Returns the limits of a joint: whether it is cyclic (without limits), and {minimum, range}.")
         .example("cyclic, interval = sim.getJointInterval(joint)"),
     );
     offer.command(
@@ -186,7 +184,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         })
         .old_name("simSetJointInterval", MINUS)
         .param(object("joint"))
-        .param(Param::any("cyclic").text("true: it turns without limit"))
+        .param(Param::any("cyclic").text("true: the joint has no limits"))
         .param(table("interval", "{lowest, range}"))
         .text("Sets the limits of a joint.")
         .example("sim.setJointInterval(joint, false, {-1, 2})"),
@@ -201,7 +199,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .old_name("simGetJointType", MINUS)
         .param(object("joint"))
         .returns(Param::int("type").text("10: sim.joint_revolute_subtype, 11: sim.joint_prismatic_subtype"))
-        .text("Returns whether a joint turns or slides.")
+        .text("Returns the type of a joint: revolute, prismatic or spherical.")
         .example("turns = sim.getJointType(joint) == sim.joint_revolute_subtype"),
     );
     offer.command(
@@ -256,14 +254,14 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .old_name("simGetJointMatrix", NIL)
         .param(object("joint"))
         .returns(Param::floats("matrix", 12))
-        .text("Returns the moved frame of a joint in its own frame.")
+        .text("Returns the pose of a joint's moving frame in the joint's own frame, as a matrix.")
         .example("m = sim.getJointMatrix(joint)"),
     );
 }
 
 /// Declares the parameter in which newer scripts pass a motion profile.
 fn motion() -> Param {
-    Param::any("motionParams").optional().text("ignored: motors move as their force allows")
+    Param::any("motionParams").optional().text("ignored: motion is limited only by the motor's force")
 }
 
 #[inline]
@@ -272,7 +270,7 @@ fn read(c: &Shared<'_>, prop: Prop) -> Result<f64> {
     c.world().f64(joint, prop).map_err(|e| explain(c, joint, TATU_KIND_JOINT, e))
 }
 
-/// Returns whether a joint is in force mode, in which the sign of its force is used.
+/// Returns whether a joint is in force mode, the only mode in which the sign of its force matters.
 fn is_pushed(c: &Shared<'_>) -> Result<bool> {
     Ok(text_of(c, id(c, 0)?, c.plugin().p.joint_control)? == "force")
 }

@@ -26,7 +26,7 @@ pub(crate) fn normalized(q: Quaternion) -> Option<Quaternion> {
     (n > 1e-12).then(|| q.map(|x| x / n))
 }
 
-/// Composes two rotations: `a`, then `b` about the rotated axes.
+/// Composes two rotations: `a`, followed by `b` about the rotated axes.
 pub(crate) fn turn(a: Quaternion, b: Quaternion) -> Quaternion {
     let ([ax, ay, az, aw], [bx, by, bz, bw]) = (a, b);
     [
@@ -60,7 +60,7 @@ pub(crate) fn rotate(q: Quaternion, v: Vector) -> Vector {
     [v[0] + q[3] * t[0] + s[0], v[1] + q[3] * t[1] + s[1], v[2] + q[3] * t[2] + s[2]]
 }
 
-/// Composes poses: `b` is relative to the frame `a`; the result is relative to the frame of `a`.
+/// Composes two poses: `b` is given relative to the frame `a`, the result relative to the frame in which `a` is given.
 pub(crate) fn compose(a: &Pose, b: &Pose) -> Pose {
     let q = rotation(a);
     pose(add(position(a), rotate(q, position(b))), turn(q, rotation(b)))
@@ -105,7 +105,7 @@ fn euler_of_rows(r: [Vector; 3]) -> Vector {
     if r[0][2].abs() < 0.999_995 {
         [libm::atan2(-r[1][2], r[2][2]), beta, libm::atan2(-r[0][1], r[0][0])]
     } else {
-        // Gimbal lock: the first and last axes coincide, and gamma takes the whole rotation.
+        // Gimbal lock: the first and last axes coincide, so the whole rotation is assigned to gamma.
         [0.0, beta, libm::atan2(r[1][0], r[1][1])]
     }
 }
@@ -123,7 +123,7 @@ pub(crate) fn to_yaw_pitch_roll(q: Quaternion) -> Vector {
     if r[2][0].abs() < 0.999_995 {
         [libm::atan2(r[1][0], r[0][0]), pitch, libm::atan2(r[2][1], r[2][2])]
     } else {
-        // Gimbal lock: the yaw and roll axes coincide, and yaw takes the whole rotation.
+        // Gimbal lock: the yaw and roll axes coincide, so the whole rotation is assigned to yaw.
         [libm::atan2(-r[0][1], r[1][1]), pitch, 0.0]
     }
 }
@@ -141,7 +141,7 @@ fn quaternion_of_rows(r: [Vector; 3]) -> Quaternion {
         let s = 2.0 * (trace + 1.0).sqrt();
         [(r[2][1] - r[1][2]) / s, (r[0][2] - r[2][0]) / s, (r[1][0] - r[0][1]) / s, s / 4.0]
     } else {
-        // Starting from the largest diagonal element is numerically most stable.
+        // Starting from the largest diagonal element avoids a division by a small number.
         let i = if r[0][0] >= r[1][1] && r[0][0] >= r[2][2] {
             0
         } else if r[1][1] >= r[2][2] {
@@ -161,7 +161,7 @@ fn quaternion_of_rows(r: [Vector; 3]) -> Quaternion {
     normalized(q).unwrap_or([0.0, 0.0, 0.0, 1.0])
 }
 
-/// Multiplies matrices; their rotation parts need not be rotations.
+/// Multiplies two affine matrices, whose 3 x 3 parts need not be rotations.
 pub(crate) fn multiply(a: &Matrix, b: &Matrix) -> Matrix {
     let mut out = [0.0; 12];
     for row in 0..3 {
@@ -178,12 +178,12 @@ pub(crate) fn multiply(a: &Matrix, b: &Matrix) -> Matrix {
 pub(crate) fn multiply_vector(m: &Matrix, v: Vector) -> Vector {
     [0, 4, 8].map(|i| m[i] * v[0] + m[i + 1] * v[1] + m[i + 2] * v[2] + m[i + 3])
 }
-/// Inverts a matrix whose rotation part is a rotation.
+/// Inverts a matrix whose 3 x 3 part is a rotation.
 pub(crate) fn invert(m: &Matrix) -> Matrix {
     let t = |i: usize| -(m[i] * m[3] + m[i + 4] * m[7] + m[i + 8] * m[11]);
     [m[0], m[4], m[8], t(0), m[1], m[5], m[9], t(1), m[2], m[6], m[10], t(2)]
 }
-/// Interpolates between two poses, along a straight line and the shortest rotation.
+/// Interpolates between two poses: positions linearly, orientations along the shortest rotation.
 pub(crate) fn interpolate(a: &Pose, b: &Pose, t: f64) -> Pose {
     let (p, q) = (position(a), position(b));
     let at = [0, 1, 2].map(|i| p[i] + (q[i] - p[i]) * t);

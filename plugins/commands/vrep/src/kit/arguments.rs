@@ -1,4 +1,4 @@
-//! Reads arguments and the objects that they name, and builds the errors for wrong ones.
+//! Reads arguments and resolves the objects that they identify; builds the errors for invalid arguments.
 
 use tatu_plugin_api::{
     abi::*,
@@ -18,7 +18,7 @@ pub(crate) const HANDLE_TREE: i64 = -6;
 pub(crate) const HANDLE_CHAIN: i64 = -7;
 pub(crate) const HANDLE_PARENT: i64 = -11;
 pub(crate) const HANDLE_SCENE: i64 = -12;
-/// Mask of the bits of a number that are the handle; higher bits are flags.
+/// Mask of the bits that form the handle in an argument; higher bits are flags.
 pub(crate) const HANDLE_BITS: i64 = TATU_SLOT_BITS as i64;
 
 /// Returns the handle that scripts see, or -1 for no object.
@@ -29,12 +29,13 @@ pub(crate) fn handle(id: tatu_object) -> i64 {
     }
 }
 
-/// Returns the id of the object that argument `i` names.
+/// Returns the id of the object in argument `i`, without checking that it exists.
 #[inline]
 pub(crate) fn id(c: &Shared<'_>, i: usize) -> Result<tatu_object> {
     id_of(c.arg(i), i)
 }
-/// Returns the id that a value names: an object, or a number whose flags are ignored.
+/// Returns the id for a value that is an object, or a handle whose flags are ignored; `i` is its argument index for
+/// messages.
 #[inline]
 pub(crate) fn id_of(v: ValueRef<'_>, i: usize) -> Result<tatu_object> {
     let id = match v.as_i64() {
@@ -47,12 +48,12 @@ pub(crate) fn id_of(v: ValueRef<'_>, i: usize) -> Result<tatu_object> {
     }
     Ok(id)
 }
-/// Returns the object that argument `i` names; it must exist.
+/// Returns the object in argument `i`, which must exist.
 pub(crate) fn living(c: &Shared<'_>, i: usize) -> Result<Object> {
     let id = id(c, i)?;
     c.world().look(id).map_err(|e| no_object(id, &e))
 }
-/// Returns the object that argument `i` names; it must be of the given kind.
+/// Returns the object in argument `i`, which must be of the given kind.
 pub(crate) fn of_kind(c: &Shared<'_>, i: usize, kind: i32) -> Result<tatu_object> {
     let o = living(c, i)?;
     if o.kind == kind || c.world().used_as(o.id, kind_key(kind)) { Ok(o.id) } else { Err(wrong_kind(c, o, kind)) }
@@ -69,7 +70,7 @@ fn wrong_kind(c: &Shared<'_>, o: Object, wanted: i32) -> Fail {
         kind_name(wanted)
     ))
 }
-/// Explains why an access failed: the object does not exist or has a different kind, or the host reported an error.
+/// Explains why an access failed: the object does not exist, it has a different kind, or the host reported `fail`.
 #[cold]
 pub(crate) fn explain(c: &Shared<'_>, id: tatu_object, wanted: i32, fail: Fail) -> Fail {
     match c.world().look(id) {
@@ -81,7 +82,7 @@ pub(crate) fn explain(c: &Shared<'_>, id: tatu_object, wanted: i32, fail: Fail) 
         Ok(_) => fail,
     }
 }
-/// Like [`explain`], for commands that accept any kind.
+/// Like [`explain`], but for commands that accept objects of any kind.
 #[cold]
 pub(crate) fn explain_any(c: &Shared<'_>, id: tatu_object, fail: Fail) -> Fail {
     match c.world().look(id) {
@@ -89,7 +90,7 @@ pub(crate) fn explain_any(c: &Shared<'_>, id: tatu_object, fail: Fail) -> Fail {
         Ok(_) => fail,
     }
 }
-/// Returns a kind as the property `object.kind` spells it.
+/// Returns the value of the property `object.kind` for a kind.
 pub(crate) fn kind_key(kind: i32) -> &'static str {
     match kind {
         TATU_KIND_SHAPE => "shape",
@@ -105,7 +106,7 @@ pub(crate) fn kind_key(kind: i32) -> &'static str {
         _ => "",
     }
 }
-/// Returns the name of a kind for messages.
+/// Returns the name of a kind with its article, for messages.
 fn kind_name(kind: i32) -> &'static str {
     match kind {
         TATU_KIND_SHAPE => "a shape",
@@ -126,7 +127,7 @@ fn kind_name(kind: i32) -> &'static str {
 pub(crate) fn path(c: &Shared<'_>, id: tatu_object) -> String {
     text_of(c, id, c.plugin().p.path).unwrap_or_default()
 }
-/// Returns a property that is a text.
+/// Returns a text property.
 pub(crate) fn text_of(c: &Shared<'_>, id: tatu_object, prop: Prop) -> Result<String> {
     let v = c.world().get(id, prop).map_err(|e| explain_any(c, id, e))?;
     v.as_str().map(|s| s.into_owned()).ok_or_else(|| Fail::new("the host returned a value that is not text"))
@@ -139,13 +140,13 @@ pub(crate) fn bool_of(c: &Shared<'_>, id: tatu_object, prop: Prop) -> Result<boo
 pub(crate) fn int_of(c: &Shared<'_>, id: tatu_object, prop: Prop) -> Result<i64> {
     c.world().get(id, prop)?.as_i64().ok_or_else(|| Fail::new("the host returned a value that is not an integer"))
 }
-/// Returns the parent, or 0 if there is none.
+/// Returns the parent of an object, or 0 if it has none.
 pub(crate) fn parent(c: &Shared<'_>, id: tatu_object) -> Result<tatu_object> {
     let v = c.world().get(id, c.plugin().p.parent).map_err(|e| explain_any(c, id, e))?;
     Ok(v.as_object().unwrap_or(0))
 }
 
-/// Returns the first `N` numbers of argument `i`, a table that may be longer.
+/// Returns the first `N` numbers of the table in argument `i`, which may be longer.
 pub(crate) fn numbers<const N: usize>(c: &Shared<'_>, i: usize) -> Result<[f64; N]> {
     numbers_of(c.arg(i), i)
 }
@@ -175,14 +176,14 @@ pub(crate) fn element(v: ValueRef<'_>, k: usize) -> Option<f64> {
 pub(crate) fn is_table(v: ValueRef<'_>) -> bool {
     (TATU_F64S..=TATU_MAP).contains(&v.tag())
 }
-/// Packed data returned for data that a missing scene would hold: it unpacks to zeros, or to an empty table.
+/// Packed data that stands in for data of a missing scene; it unpacks to zeros or to an empty table.
 pub(crate) const STAND_IN: &[u8] = &[0; 512];
 
 /// Returns an integer argument, or `otherwise` if it is not given.
 pub(crate) fn int_or(c: &Shared<'_>, i: usize, otherwise: i64) -> Result<i64> {
     if c.has(i) { c.i64(i) } else { Ok(otherwise) }
 }
-/// Normalizes a quaternion argument.
+/// Normalizes the quaternion in argument `i`.
 pub(crate) fn unit(q: al::Quaternion, i: usize) -> Result<al::Quaternion> {
     al::normalized(q).ok_or_else(|| Fail::argument(format!("argument {}: the quaternion is zero", i + 1)))
 }

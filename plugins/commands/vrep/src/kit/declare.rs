@@ -26,22 +26,22 @@ pub(crate) fn both_beside<T: IntoResult + 'static>(
     Cmd::side_by_side(name, run).old_name(old, on_error)
 }
 
-/// Declares a parameter that names an object.
+/// Declares a parameter that is the handle of an object.
 pub(crate) fn object(key: &str) -> Param {
     Param::object(key).text("a handle")
 }
-/// Declares a parameter that names an object, to whose number old scripts may add flags.
+/// Declares a parameter that is the handle of an object, to which old scripts may add flags.
 pub(crate) fn flagged(key: &str) -> Param {
-    Param::int(key).text("a handle, flags may be added")
+    Param::int(key).text("a handle, to which flags may be added")
 }
 /// Declares the parameter that selects the reference frame.
 pub(crate) fn frame_param() -> Param {
     Param::int("relativeTo")
         .default(-1)
         .optional()
-        .text("-1: the world, sim.handle_parent: its parent, or an object; a joint's moved frame")
+        .text("-1: the world, sim.handle_parent: its parent, or an object; for a joint, its moving frame")
 }
-/// Declares a table of numbers; `text` says how many. Longer tables are accepted.
+/// Declares a table of numbers, described by `text`. Longer tables are accepted.
 pub(crate) fn table(key: &str, text: &str) -> Param {
     Param::floats(key, 0).text(text)
 }

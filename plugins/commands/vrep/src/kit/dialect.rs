@@ -1,15 +1,15 @@
-//! The version that the calling script was written for, and behaviour that depends on it.
+//! The V-REP version for which the calling script was written, and behaviour that depends on it.
 
 use tatu_plugin_api::safe::Result;
 
 use super::plugin::Shared;
 
-/// Returns the version that the calling script was written for, or the newest version if it has none.
+/// Returns the version for which the calling script was written, or the newest version if it states none.
 pub(crate) fn version(c: &Shared<'_>) -> (u32, u32) {
     version_of(c.caller_dialect())
 }
 pub(crate) fn version_of(dialect: &[u8]) -> (u32, u32) {
-    // A fast path for the usual form `N.N`, on bytes: every version-dependent command calls this.
+    // Fast path for the usual form `N.N`, because every version-dependent command calls this function.
     if let [major @ b'0'..=b'9', b'.', minor @ b'0'..=b'9'] = dialect {
         return (u32::from(major - b'0'), u32::from(minor - b'0'));
     }
@@ -28,11 +28,12 @@ pub(crate) fn version_of(dialect: &[u8]) -> (u32, u32) {
 pub(crate) fn flat(c: &Shared<'_>) -> bool {
     c.alias() > 0
 }
-/// Returns whether the caller expects the behaviour before 4.2; if the caller has no version, the called name decides.
+/// Returns whether the caller expects the behaviour before 4.2. For a caller without a version, this depends on the
+/// name by which it called the command.
 pub(crate) fn old_era(c: &Shared<'_>) -> bool {
     if c.caller_dialect().is_empty() { flat(c) } else { version(c) < (4, 2) }
 }
-/// Finishes a setter: returns 1 to scripts for versions before 4.2, and nothing to later ones.
+/// Finishes a setter: returns 1 to scripts written for versions before 4.2, and no value to newer ones.
 pub(crate) fn done(c: &mut Shared<'_>) -> Result {
     if old_era(c) {
         c.ret(1_i64);

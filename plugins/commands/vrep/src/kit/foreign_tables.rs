@@ -1,6 +1,6 @@
-//! Tables packed by the original, in its own format and as CBOR: data stored in its scenes.
+//! Unpacks tables packed by the original, in its own format or as CBOR. Its scenes contain such data.
 //!
-//! Its own format was derived from files (tests/facts/script-api.md, 7): a byte 0 (5 since 4.5), then the table.
+//! Its own format was inferred from files (tests/facts/script-api.md, 7): a byte 0 (5 since 4.5), then the table.
 
 use tatu_plugin_api::safe::{MAX_DEPTH, Value};
 
@@ -21,7 +21,7 @@ fn take<'a>(rest: &mut &'a [u8], n: usize) -> Option<&'a [u8]> {
 
 fn count(rest: &mut &[u8]) -> Option<usize> {
     let n = i32::from_le_bytes(take(rest, 4)?.try_into().ok()?);
-    // Each element takes at least one byte, which bounds the count.
+    // Each element occupies at least one byte, so a larger count is invalid.
     usize::try_from(n).ok().filter(|n| *n <= rest.len())
 }
 
@@ -44,7 +44,7 @@ fn value(rest: &mut &[u8], depth: usize) -> Option<Value> {
     Some(match take(rest, 1)?[0] {
         0 => Value::Nil,
         1 => Value::Float(f64::from_le_bytes(take(rest, 8)?.try_into().ok()?)),
-        // This is an assumption: no file seen so far contains a boolean.
+        // An assumption: none of the examined files contains a boolean.
         2 => Value::Bool(take(rest, 1)?[0] != 0),
         3 => {
             let n = count(rest)?;

@@ -1,4 +1,4 @@
-//! Keys of the core's properties and of readings, interned once.
+//! Keys of the core's properties and of sensor readings.
 
 use tatu_plugin_api::safe::{Host, Prop};
 

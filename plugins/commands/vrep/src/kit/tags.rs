@@ -1,7 +1,7 @@
-//! Custom data of objects and of the scene, by tag, as the core stores it (`object.data`, `scene.data`).
+//! Custom data of objects and of the scene, by tag; the core stores it (`object.data`, `scene.data`).
 //!
-//! Attributes of V-REP's objects that the core does not have are stored here too, under tags that begin with [`OWN`]:
-//! they are copied, saved and removed with the object. Scripts never see these tags.
+//! Attributes of V-REP's objects that the core does not have are stored here too, under tags that begin with [`OWN`],
+//! so that they are copied, saved and removed with the object. Scripts cannot access these tags.
 
 use tatu_plugin_api::{
     abi::tatu_object,
@@ -24,12 +24,12 @@ pub(crate) fn all(c: &Shared<'_>, id: tatu_object) -> Result<Vec<(Vec<u8>, Vec<u
     Ok(v.map().unwrap_or_default().iter().map(|[key, value]| (bytes(key), bytes(value))).collect())
 }
 
-/// Returns the data under a tag.
+/// Returns the data stored under a tag, or `None` if there is none.
 pub(crate) fn get(c: &Shared<'_>, id: tatu_object, tag: &[u8]) -> Result<Option<Vec<u8>>> {
     Ok(all(c, id)?.into_iter().find(|(k, _)| k == tag).map(|(_, v)| v))
 }
 
-/// Writes the data under a tag, or removes it if `value` is `None`.
+/// Stores data under a tag, or removes the data if `value` is `None`.
 pub(crate) fn set(c: &Ctx<'_>, id: tatu_object, tag: &[u8], value: Option<&[u8]>) -> Result {
     let mut all = all(c, id)?;
     all.retain(|(k, _)| k != tag);
@@ -50,23 +50,23 @@ fn own(name: &str) -> Vec<u8> {
     [&[OWN], name.as_bytes()].concat()
 }
 
-/// Returns a private number of this plugin.
+/// Returns a number that this plugin has stored with an object under a private tag.
 pub(crate) fn number(c: &Ctx<'_>, id: tatu_object, name: &str) -> Result<Option<f64>> {
     let text = get(c, id, &own(name))?;
     Ok(text.and_then(|t| String::from_utf8(t).ok()).and_then(|t| t.parse().ok()))
 }
 
-/// Stores a private number of this plugin.
+/// Stores a number with an object under a private tag of this plugin.
 pub(crate) fn set_number(c: &Ctx<'_>, id: tatu_object, name: &str, x: f64) -> Result {
     set(c, id, &own(name), Some(x.to_string().as_bytes()))
 }
 
-/// Returns private data of this plugin.
+/// Returns data that this plugin has stored with an object under a private tag.
 pub(crate) fn private(c: &Shared<'_>, id: tatu_object, name: &str) -> Result<Option<Vec<u8>>> {
     get(c, id, &own(name))
 }
 
-/// Stores private data of this plugin, or removes it if `value` is `None`.
+/// Stores data with an object under a private tag of this plugin, or removes the data if `value` is `None`.
 pub(crate) fn set_private(c: &Ctx<'_>, id: tatu_object, name: &str, value: Option<&[u8]>) -> Result {
     set(c, id, &own(name), value)
 }

@@ -1,4 +1,4 @@
--- Global functions that every script of the original has: leftovers of older Lua versions, and small helpers.
+-- Global functions that the original provides to every script: functions of older Lua versions, and small helpers.
 local script = ...
 -- Local copies, because scripts may redefine these globals.
 local type, pairs, ipairs, tostring, select, print = type, pairs, ipairs, tostring, select, print
@@ -28,8 +28,8 @@ end
 
 function math.sign(x) return x > 0 and 1 or x < 0 and -1 or 0 end
 
--- Writes a table as Lua source: the array part first, then the other keys in a stable order. Of the two formats of the
--- original this is the one with blanks and unescaped quotes.
+-- Converts a table to Lua source: the array part first, then the other keys in a stable order. The original has two
+-- such formats; this is the one with spaces and unescaped quotes.
 local function write(t, separator, inside)
     if inside[t] then
         return "..."
@@ -74,7 +74,7 @@ local function write(t, separator, inside)
     return "{" .. table.concat(out, separator) .. "}"
 end
 
--- `printf` exists since 2019, the rest since 4.6. A script's own definitions run later and replace these.
+-- `printf` exists since 2019, the others since 4.6. A script's own definitions are executed later and replace these.
 if script.has("printf") then
     function printf(format, ...)
         local values = { ... }

@@ -1,7 +1,8 @@
 //! Constants of the API: `sim_handle_self` and `sim.handle_self`.
 //!
-//! They are in one table, ordered by subject. Names are listed without prefix; each gets both, except that the flat
-//! names of `rml_` begin with `simrml_`. The meaning of a number is documented at the command that takes it.
+//! A single table lists them by subject, without prefix; each constant is offered with both prefixes. Flat names of
+//! constants that begin with `rml_` begin with `simrml_`. The meaning of a number is documented at the command that
+//! uses it.
 
 use crate::kit::*;
 
@@ -16,7 +17,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     }
 }
 
-/// Returns the names and values of the table.
+/// Returns the names and values in `TABLE`.
 fn all() -> impl Iterator<Item = (&'static str, i64)> {
     TABLE.lines().filter(|line| !line.starts_with('#')).flat_map(|line| line.split(';')).filter_map(|item| {
         let (name, value) = item.trim().split_once(' ')?;
@@ -29,7 +30,7 @@ fn all() -> impl Iterator<Item = (&'static str, i64)> {
 }
 
 const TABLE: &str = "\
-# Lifecycle: as in V-REP 3.1.3 to 3.4 for child scripts, where people wrote the numbers themselves
+# Lifecycle: as in V-REP 3.1.3 to 3.4 for child scripts, whose authors often wrote the numbers instead of the names
 mainscriptcall_initialization 0; mainscriptcall_cleanup 1; mainscriptcall_regular 2
 childscriptcall_initialization 0; childscriptcall_cleanup 1; childscriptcall_actuation 2; childscriptcall_sensing 3
 childscriptcall_threaded 4
@@ -43,7 +44,7 @@ customizationscriptcall_firstafterinstanceswitch 11; customizationscriptcall_bef
 customizationscriptcall_aftercopy 13
 addonscriptcall_initialization 0; addonscriptcall_cleanup 1; addonscriptcall_run 14; addonscriptcall_suspend 15
 addonscriptcall_restarting 16
-# System callbacks: the same numbers, so that old scripts may test sim_call_type with these
+# System callbacks: the same numbers, so that old scripts can compare sim_call_type with them
 syscb_init 0; syscb_cleanup 1; syscb_regular 2; syscb_actuation 2; syscb_sensing 3; syscb_aftersimulation 4
 syscb_nonsimulation 5; syscb_beforesimulation 6; syscb_suspended 7; syscb_suspend 8; syscb_resume 9
 syscb_beforeinstanceswitch 10; syscb_afterinstanceswitch 11; syscb_beforecopy 12; syscb_aftercopy 13

@@ -1,10 +1,10 @@
-//! Words by which the kind of a script is recognized from its source.
+//! Words in a script's source from which its kind is inferred.
 
 use crate::kit::*;
 
-/// The first match decides.
+/// Script kinds, each with its words. The first kind with a matching word is selected.
 const MARKS: &[(&str, &[&str])] = &[
-    // Only main scripts run the stages of a step.
+    // Commands that run the stages of a step, which only main scripts call.
     ("main", &["simHandleSimulationStart", "simHandleDynamics", "simLaunchThreadedChildScripts", "defaultMainScript"]),
     ("main", &["handleSimulationStart", "handleDynamics", "launchThreadedChildScripts", "handleChildScripts"]),
     ("add-on", &["sim_addonscriptcall_", "sysCall_info", "sysCall_addOnScript"]),
@@ -24,6 +24,6 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             offer.kind_mark("lua", kind, word, 0);
         }
     }
-    // A script without callbacks that returns a value.
+    // A module is a script without callbacks that returns a value.
     offer.kind_mark("lua", "module", "return", TATU_MARK_LAST_LINE);
 }

@@ -1,6 +1,6 @@
-//! Lua modules of the original that scripts `require`, as far as they are useful here.
+//! Substitutes for Lua modules of the original that scripts `require`.
 //!
-//! A file of the same name that a script can read takes precedence.
+//! A file with the same name takes precedence if the script can read it.
 
 use crate::kit::*;
 

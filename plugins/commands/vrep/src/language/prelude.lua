@@ -1,13 +1,13 @@
--- Runs once in every new script state. Returns how the language must call scripts of this API.
+-- Runs once in every new script state. Returns a table that describes how the language must call scripts of this API.
 local script = ...
 local has = script.has
 -- Local copies, because scripts may redefine these globals.
 local type, tonumber, math = type, tonumber, math
 
--- Infers the version that a script was written for from the names it uses. docs/guide/scripts.md lists the same rules.
+-- Infers the version for which a script was written from the names it uses. docs/guide/scripts.md lists the same rules.
 local function dialect()
     local namespace = script.between("sim.", "sim/") or script.between("sysCall_", "sysCall`")
-    -- Modules, and names introduced with 4.2 or later.
+    -- Modules, and names introduced in 4.2 or later.
     if script.between("require sim", "require sin")
         or has("sysCall_thread", "sysCall_joint", "sysCall_contact", "sysCall_dyn", "sysCall_msg", "sysCall_selChange",
             "sysCall_data", "sysCall_event", "sysCall_ext", "sysCall_afterLoad", "sysCall_realTimeIdle")
@@ -48,12 +48,12 @@ end
 local version = script.dialect or dialect()
 local major, minor, patch = version:match("^(%d+)%.?(%d*)%.?(%d*)")
 major, minor, patch = tonumber(major) or 4, tonumber(minor) or 0, tonumber(patch) or 0
--- The version as one increasing number: 3.1.3 is 30103.
+-- The version encoded as a single number that increases: 3.1.3 is 30103.
 local number = major * 10000 + minor * 100 + patch
 local era = number < 30500 and "A" or number < 40200 and "B" or "C"
 
--- Returns how the text is run, if it shows that: once per step (before 3.1.3), or once, as a thread. Otherwise the
--- language checks whether the text defines callbacks; if not, it runs the whole text for each callback.
+-- Returns how the text is run, if its words determine this: once per step (before 3.1.3), or once, as a thread.
+-- Otherwise, the language checks whether the text defines callbacks; if not, it runs the whole text for each callback.
 local function style()
     if script.between("sysCall_", "sysCall`") then
         return nil
@@ -79,8 +79,8 @@ local function style()
     end
 end
 
--- Values of the global `sim_call_type`, by which a script without callbacks sees why it runs: by era and, up to 3.4, by
--- the kind of script.
+-- Values of the global `sim_call_type`, from which a script without callbacks learns why it is run. They depend on the
+-- era and, up to 3.4, on the kind of script.
 local common = {
     B = {
         init = 0, cleanup = 1, nonSimulation = 2, beforeSimulation = 3, afterSimulation = 4, actuation = 5, sensing = 6,
@@ -109,7 +109,7 @@ for callback, value in pairs(common[era] or families[kind]) do
     reasons[callback] = value
 end
 if kind == "addon" then
-    -- The whole text of these add-ons runs at the end of each pass, and never otherwise.
+    -- The whole text of these add-ons runs at the end of each pass, and at no other time.
     for callback in pairs(reasons) do
         reasons[callback] = families.addon[callback] and reasons[callback] or nil
     end
@@ -119,7 +119,7 @@ if kind == "main" then
     reasons.sensing, reasons.thread = nil, nil
 end
 
--- The names of these numbers in the API.
+-- The API's names for these numbers.
 local names = {
     main = {initialization = "init", cleanup = "cleanup", regular = "actuation"},
     child = {
@@ -153,7 +153,7 @@ constants["sim.syscb_aos_run"] = constants["sim.syscb_run"]
 constants["sim.syscb_aos_suspend"] = constants["sim.syscb_addonsuspend"]
 constants["sim.syscb_aos_resume"] = constants["sim.syscb_addonresume"]
 
--- `simInvertMatrix` modifies its argument in place, which no command can do.
+-- `simInvertMatrix` modifies its argument in place, which a command cannot do.
 function simInvertMatrix(matrix)
     local inverse = simGetInvertedMatrix(matrix)
     if not inverse then
@@ -165,12 +165,12 @@ function simInvertMatrix(matrix)
     return 1
 end
 
--- Scripts of sensors are called after the sensor has been measured, with the arguments of the original.
+-- Scripts of sensors are called after each measurement of the sensor, with the arguments of the original.
 if sim and has("sysCall_vision", "sysCall_trigger") then
     function sysCall_measured(data) sim.handleSensorCallbacks(data.sensor) end
 end
 
--- Scripts from before 3.1.3 that a later version has saved count their runs themselves, by this command.
+-- Scripts from before 3.1.3 that were saved by a later version count their runs themselves, using this command.
 if era == "A" and has("simSetScriptAttribute") then
     local other, count = simSetScriptAttribute, nil
     function simSetScriptAttribute(which, attribute, value)
@@ -184,11 +184,11 @@ if era == "A" and has("simSetScriptAttribute") then
     function simGetScriptExecutionCount() return count or counted() end
 end
 
--- Time slices of threads are implemented by the language; these functions configure them. The commands of the same
--- names serve callers that are not threads.
+-- The language implements time slices of threads; these functions configure them. The commands with the same names
+-- serve callers that are not threads.
 local delay, held = 2, 0
 local function cut()
-    -- With a delay of 0 a thread is switched at every check.
+    -- With a delay of 0, the thread would be switched out at every check.
     return script.slice(held > 0 and 0 or math.max(delay, 1e-3))
 end
 local function timing(ms)
@@ -218,9 +218,9 @@ if sim then
     function sim.releaseLock() stepping(false) end
 end
 return {
-    -- Modern scripts define functions of these names, where %s is the callback; some had other names before.
+    -- Names of the functions that modern scripts define, where %s is the callback; `also` lists other names.
     functions = "sysCall_%s",
-    -- Add-ons of 3.5 to 4.1 had their own function names, and 4.4 renamed others.
+    -- Add-ons for 3.5 to 4.1 had their own function names, and 4.4 renamed others.
     also = {
         run = "sysCall_addOnScriptRun",
         addonSuspend = "sysCall_addOnScriptSuspend",
@@ -231,7 +231,8 @@ return {
         dyn = "sysCall_dynCallback",
         beforeStep = "sysCall_beforeMainScript",
     },
-    -- Names of callback arguments in this API and in the host; the same for results below.
+    -- The host's names of callback arguments, mapped to those in this API; below, this API's names of callback results,
+    -- mapped to those in the host.
     arguments = {
         dyn = { step = "passCnt", steps = "totalPasses", after = "afterStep" },
         joint = { step = "passCnt", steps = "totalPasses" },
@@ -245,11 +246,11 @@ return {
     rerun = {
         variable = "sim_call_type",
         values = reasons,
-        -- Only texts that mention threads are run as a thread.
+        -- A text without callbacks runs as a thread only if it contains this word.
         needs = { thread = { "sim_childscriptcall_threaded" } },
         extra = { sim_current_script_id = "script" },
     },
-    -- Old add-ons end by returning 0, later ones by returning sim.syscb_cleanup.
+    -- The return value by which an add-on exits: 0 in old versions, sim.syscb_cleanup in later ones.
     ends = script.kind == "addon" and (era == "A" and 0 or 1) or nil,
     constants = constants,
     -- The namespace of commands and constants.
@@ -267,11 +268,11 @@ return {
     dialect = version,
     old_dialect = "3.2",
     new_dialect = "4.9",
-    -- The order in which the scripts of a world are called, from each version on.
+    -- The order in which the scripts of a world are called, and the version since which it applies.
     orders = { { "0", "parents_first" }, { "3.6", "by_kind" }, { "4.4", "deepest_first" } },
     -- The command by which a thread waits for the next step.
     switch = "sim.switchThread",
-    -- Before 4.5 numbers were passed as 32-bit floats, except by these commands.
+    -- Before 4.5, numbers were passed as 32-bit floats, except to these commands.
     single = number < 40500,
     exact = {
         "sim.packDoubleTable", "sim.unpackDoubleTable", "simPackDoubles", "simUnpackDoubles", "sim.packTable",

@@ -1,4 +1,4 @@
-//! Offers the prelude that script languages run for scripts of this API.
+//! Registers the prelude that script languages run for scripts of this API.
 
 use crate::kit::*;
 

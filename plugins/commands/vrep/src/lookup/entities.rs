@@ -1,4 +1,4 @@
-//! Resolves the handle of a collection, and of anything else that commands search for shapes.
+//! Resolves the handles of collections, and of everything else in which commands search for shapes.
 
 use super::sets;
 use crate::{
@@ -42,14 +42,14 @@ pub(crate) fn is_one(c: &Ctx<'_>, which: i64) -> Result<bool> {
     Ok(which > FIRST && state(c)?.collections.all.contains_key(&which))
 }
 
-/// The objects that a command searches: the whole scene, or a list.
+/// The objects among which a command searches: the whole scene, or a list.
 pub(crate) enum Entity {
     All,
     Objects(Vec<tatu_object>),
 }
 
 impl Entity {
-    /// Returns the objects as a list.
+    /// Converts the entity to a list of objects.
     pub(crate) fn list(self, c: &Ctx<'_>) -> Result<Vec<tatu_object>> {
         match self {
             Entity::All => c.world().list(0, 0, 0),
@@ -58,7 +58,7 @@ impl Entity {
     }
 }
 
-/// Resolves argument `i`, which is the handle of an object or a collection, or `sim.handle_all`.
+/// Resolves argument `i`: the handle of an object or a collection, or `sim.handle_all`.
 pub(crate) fn entity(c: &Ctx<'_>, i: usize) -> Result<Entity> {
     Ok(match c.i64(i)? {
         HANDLE_ALL => Entity::All,

@@ -1,5 +1,5 @@
-//! Finds the objects that scripts name: by names, handles and sets of them. It depends on the state of a world, and on
-//! no subject.
+//! Finds the objects to which scripts refer by names, handles or sets of handles. The module depends on the state of a
+//! world, but not on any subject.
 //!
 //! - `names`: old unique names with their suffix, and paths; `sets`: lists of handles, trees and chains;
 //! - `entities`: collections, or the whole scene; `registered`: collision objects and similar registrations.

@@ -4,8 +4,8 @@ use std::borrow::Cow;
 
 use crate::{kit::*, state::state};
 
-/// Returns the name that a script with a suffix looks up: with suffix 2, `motor` means `motor#2`; a name with a suffix
-/// of its own is unchanged, and `motor#` means exactly `motor`.
+/// Returns the unique name to which a name refers in a script with the given suffix: with suffix 2, `motor` refers to
+/// `motor#2`. A name with a suffix of its own is unchanged, and `motor#` refers exactly to `motor`.
 pub(crate) fn adjusted(name: &str, suffix: i64) -> Cow<'_, str> {
     match name.find('#') {
         Some(i) if i + 1 == name.len() => name[..i].into(),
@@ -21,7 +21,7 @@ pub(crate) fn split(name: &str) -> (&str, i64) {
         .unwrap_or((name, -1))
 }
 
-/// Returns the suffix of the calling script: the one of its object, unless the script has chosen a different one.
+/// Returns the suffix of the calling script: that of its object's name, unless the script has set a different one.
 pub(crate) fn suffix(c: &Ctx<'_>) -> Result<i64> {
     if let Some(chosen) = state(c)?.suffixes.get(&c.caller_script()) {
         return Ok(*chosen);
@@ -32,7 +32,7 @@ pub(crate) fn suffix(c: &Ctx<'_>) -> Result<i64> {
     }
 }
 
-/// Finds an object by unique name, or by path if the name begins like one.
+/// Finds an object by unique name, or by path if `name` begins like a path.
 pub(crate) fn find(c: &Ctx<'_>, name: &str) -> Result<tatu_object> {
     if is_path(name) {
         return find_path(c, name, None);
@@ -43,7 +43,7 @@ pub(crate) fn find(c: &Ctx<'_>, name: &str) -> Result<tatu_object> {
         .map_err(|e| if e.code() == TATU_ERR_MISSING { missing(c, &wanted, c.plugin().p.name) } else { e })
 }
 
-/// Like [`find`], but creates a missing object in a run that creates stand-ins.
+/// Like [`find`], but creates a missing object if the run creates stand-ins.
 pub(crate) fn find_or_ask(c: &Ctx<'_>, name: &str) -> Result<tatu_object> {
     if is_path(name) {
         return find_path_or_ask(c, name, None);
@@ -54,7 +54,7 @@ pub(crate) fn find_or_ask(c: &Ctx<'_>, name: &str) -> Result<tatu_object> {
     })
 }
 
-/// Like [`find_path`], but creates a missing object in a run that creates stand-ins.
+/// Like [`find_path`], but creates a missing object if the run creates stand-ins.
 pub(crate) fn find_path_or_ask(c: &Ctx<'_>, path: &str, base: Option<tatu_object>) -> Result<tatu_object> {
     find_path(c, path, base).or_else(|e| {
         let ask = || {
@@ -66,7 +66,7 @@ pub(crate) fn find_path_or_ask(c: &Ctx<'_>, path: &str, base: Option<tatu_object
     })
 }
 
-/// Returns the parent for stand-ins with old names: the caller's model, if it belongs to one.
+/// Returns the parent for stand-ins with old names: the model to which the caller belongs, or 0 if there is none.
 fn above(c: &Ctx<'_>) -> tatu_object {
     let own = c.caller_object();
     match model(c, own) {
@@ -102,7 +102,7 @@ pub(crate) fn find_path(c: &Ctx<'_>, path: &str, base: Option<tatu_object>) -> R
     })
 }
 
-/// Returns the object at which a path begins (0 for the scene), and the rest of the path.
+/// Returns the object from which a path starts (0 for the scene), and the rest of the path.
 fn start<'p>(c: &Ctx<'_>, path: &'p str, base: Option<tatu_object>) -> Result<(tatu_object, &'p str)> {
     let (steps, rest) = leading(path);
     let mut at = 0;
@@ -112,12 +112,12 @@ fn start<'p>(c: &Ctx<'_>, path: &'p str, base: Option<tatu_object>) -> Result<(t
             None if version(c) >= (4, 7) && steps[0] != Step::Model => c.caller_script(),
             None => c.caller_object(),
         };
-        // For a caller without an object, such as a client, the path begins at the scene.
+        // For a caller without an object, such as a remote client, the path starts at the scene.
         if at == 0 && steps == [Step::Here] && !rest.is_empty() {
             return Ok((0, rest));
         }
         if at == 0 {
-            let e = Fail::missing(format!("`{path}` begins at the caller, which belongs to no object"));
+            let e = Fail::missing(format!("`{path}` is relative to the caller, which does not belong to an object"));
             at = c.world().stand_in(0, "/model", "").ok_or(e)?;
         }
     }
@@ -127,10 +127,10 @@ fn start<'p>(c: &Ctx<'_>, path: &'p str, base: Option<tatu_object>) -> Result<(t
             Step::Up => parent(c, at)?,
             Step::Model => model(c, if i == 0 { at } else { parent(c, at)? })?,
         };
-        // Without a model above, `:/x` searches the whole scene.
+        // If no model contains the caller, `:/x` searches the whole scene.
         let whole = *step == Step::Model && i + 1 == steps.len() && !rest.is_empty();
         if at == 0 && !whole {
-            let e = Fail::missing(format!("`{path}` leads above the scene"));
+            let e = Fail::missing(format!("`{path}` refers to an object above the root of the scene"));
             at = c.world().stand_in(0, "/above", "").ok_or(e)?;
         }
     }
@@ -148,7 +148,7 @@ enum Step {
     Model,
 }
 
-/// Splits a path into its relative beginning and the rest: empty, or beginning with "/".
+/// Splits a path into its leading relative steps and the rest, which is empty or begins with "/".
 fn leading(path: &str) -> (Vec<Step>, &str) {
     let (mut steps, mut rest) = (Vec::new(), path);
     loop {
@@ -162,7 +162,7 @@ fn leading(path: &str) -> (Vec<Step>, &str) {
             _ => return (steps, rest),
         }
         rest = &rest[head.len()..];
-        // Only "../.." continues the beginning; anything else is the rest.
+        // Only further ".." steps continue the relative part; anything else is the rest.
         match rest.strip_prefix('/') {
             Some(next) if next.starts_with("..") => rest = next,
             Some("") => return (steps, ""),
@@ -179,7 +179,7 @@ fn ordinal(path: &str) -> (&str, Option<usize>) {
         .unwrap_or((path, None))
 }
 
-/// Finds the `n`-th object, breadth first, whose alias is the last part of a path.
+/// Finds the `n`-th object below `at`, in breadth-first order, whose alias is the last part of a path.
 pub(crate) fn nth_of_alias(c: &Ctx<'_>, at: tatu_object, path: &str, n: usize) -> Result<tatu_object> {
     let w = c.world();
     let (above, alias) = path.rsplit_once('/').unwrap_or(("", path));
@@ -208,7 +208,7 @@ fn model(c: &Ctx<'_>, mut at: tatu_object) -> Result<tatu_object> {
     Ok(at)
 }
 
-/// Builds the error for a missing object, with the most similar names.
+/// Builds the error for a missing object, which suggests the most similar names.
 #[cold]
 fn missing(c: &Ctx<'_>, wanted: &str, by: Prop) -> Fail {
     let fail = Fail::missing(format!("there is no object `{wanted}`"));
@@ -233,7 +233,7 @@ fn nearest(wanted: &str, known: &[String]) -> Vec<String> {
     near.iter().take(3).map(|(_, k)| format!("`{k}`")).collect()
 }
 
-/// Returns the edit distance of two names.
+/// Returns the edit distance between two names.
 fn distance(a: &[u8], b: &[u8]) -> usize {
     let mut row: Vec<usize> = (0..=b.len()).collect();
     for (i, x) in a.iter().enumerate() {

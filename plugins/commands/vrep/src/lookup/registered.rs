@@ -1,18 +1,18 @@
-//! Collision objects and similar registrations of a scene, found by name, and numbers that replace them in runs without
-//! a scene.
+//! Finds collision objects and similar registrations of a scene by name; in runs without a scene, returns stand-in
+//! handles.
 
 use super::names;
 use crate::kit::*;
 
-/// First handle of such registrations in runs that create stand-ins.
+/// First stand-in handle.
 const REGISTERED: i64 = 0x8_0000;
 
-/// Returns whether a number is one of these handles.
+/// Returns whether a number is a stand-in handle.
 pub(crate) fn is_stand_in(c: &Ctx<'_>, handle: i64) -> bool {
     (REGISTERED..=REGISTERED + 0xFFFF).contains(&handle) && c.world().makes_stand_ins()
 }
 
-/// Returns the handle registered under a name, by the name rules of old scripts.
+/// Returns the handle registered under a name, according to the suffix rule of old scripts.
 pub(crate) fn by_name<'a>(
     c: &Ctx<'_>,
     name: &str,
@@ -23,8 +23,8 @@ pub(crate) fn by_name<'a>(
     Ok(all.clone().find(|(n, _)| *n == wanted).map(|(_, h)| h))
 }
 
-/// Answers a lookup of a registration. A run that creates stand-ins has no scene: there it returns a number that refers
-/// to no object and is the same in each run.
+/// Returns the result of a lookup to the script. A run that creates stand-ins has no scene; there, the result is a
+/// number that does not refer to an object, and that is the same in each run.
 pub(crate) fn answer_handle(c: &mut Ctx<'_>, name: &str, what: &str, found: Option<i64>) -> Result {
     match found {
         Some(found) => c.ret(found),

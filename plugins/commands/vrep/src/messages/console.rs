@@ -1,7 +1,7 @@
-//! Text output for the user: status bar, log, auxiliary consoles.
+//! Commands that write text for the user: to the status bar, the log, and auxiliary consoles.
 //!
-//! There is no window here. Text that a script prints on a console is buffered up to the end of a line; the line is
-//! then logged, prefixed by the console's title.
+//! Consoles have no windows. Text that a script prints to a console is buffered up to the end of a line; the line is
+//! then logged, prefixed with the console's title.
 
 use crate::{
     kit::*,
@@ -19,7 +19,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             Ok(())
         })
         .old_name("simAddStatusbarMessage", MINUS)
-        .param(Param::string("text").optional().text("nil: empties the status bar"))
+        .param(Param::string("text").optional().text("nil: clears the status bar"))
         .returns(Param::int("done"))
         .text("Writes a line to the status bar.")
         .example("sim.addStatusbarMessage('ready')"),
@@ -34,7 +34,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             Ok(())
         })
         .param(Param::int("verbosity").text("sim.verbosity_...; sim.verbosity_scripterrors also raises an error"))
-        .param(Param::string("text").optional().text("nil: empties the status bar"))
+        .param(Param::string("text").optional().text("nil: clears the status bar"))
         .text("Writes a line to the log.")
         .example("sim.addLog(sim.verbosity_scriptinfos, 'ready')"),
     );
@@ -52,14 +52,14 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             Param::int("mode")
                 .default(0)
                 .optional()
-                .text("ignored: consoles of scripts close when the simulation ends"),
+                .text("ignored: scripts' consoles are closed at the end of the simulation"),
         )
         .param(Param::any("position").optional().text("ignored"))
         .param(Param::any("size").optional().text("ignored"))
         .param(Param::any("textColor").optional().text("ignored"))
         .param(Param::any("backgroundColor").optional().text("ignored"))
         .returns(Param::int("console"))
-        .text("Opens a console, whose lines go to the log.")
+        .text("Opens a console, whose lines are written to the log.")
         .example("console = sim.auxiliaryConsoleOpen('Sensors', 1000, 0)"),
     );
     offer.command(
@@ -76,9 +76,9 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         })
         .old_name("simAuxiliaryConsolePrint", MINUS)
         .param(Param::int("console"))
-        .param(Param::string("text").optional().text("nil: empties the console"))
-        .returns(Param::int("done").text("1; 0: there is no such console any more"))
-        .text("Prints text on a console, without a line feed of its own.")
+        .param(Param::string("text").optional().text("nil: clears the console"))
+        .returns(Param::int("done").text("1; 0: the console no longer exists"))
+        .text("Prints text to a console, without adding a line feed.")
         .example("sim.auxiliaryConsolePrint(console, 'distance ' .. d .. '\\n')"),
     );
     offer.command(
@@ -90,8 +90,8 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         })
         .old_name("simAuxiliaryConsoleShow", MINUS)
         .param(Param::int("console"))
-        .param(Param::any("show").default(true).optional().text("without a window there is nothing to show or hide"))
-        .returns(Param::int("done").text("1; 0: there is no such console any more"))
+        .param(Param::any("show").default(true).optional().text("ignored: consoles have no window"))
+        .returns(Param::int("done").text("1; 0: the console no longer exists"))
         .text("Shows or hides a console.")
         .example("sim.auxiliaryConsoleShow(console, true)"),
     );
@@ -102,15 +102,15 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         })
         .old_name("simAuxiliaryConsoleClose", MINUS)
         .param(Param::int("console"))
-        .returns(Param::int("done").text("1; 0: there is no such console any more"))
-        .text("Closes a console; an unfinished line is written now.")
+        .returns(Param::int("done").text("1; 0: the console no longer exists"))
+        .text("Closes a console; an incomplete line is logged.")
         .example("sim.auxiliaryConsoleClose(console)"),
     );
 }
 
 const SCRIPT_ERROR: i64 = 420;
 
-/// Returns the log level of a verbosity.
+/// Converts a verbosity to a log level.
 fn log_level(verbosity: i64) -> u32 {
     match verbosity {
         200 | SCRIPT_ERROR => TATU_LOG_ERROR,
@@ -120,7 +120,7 @@ fn log_level(verbosity: i64) -> u32 {
     }
 }
 
-/// Logs argument `i`; without it, the status bar is cleared.
+/// Logs argument `i`, or clears the status bar if the argument is missing.
 fn say(c: &Shared<'_>, level: u32, i: usize) -> Result {
     if c.has(i) {
         c.world().log(level, c.bytes(i)?);
@@ -130,7 +130,8 @@ fn say(c: &Shared<'_>, level: u32, i: usize) -> Result {
     Ok(())
 }
 
-/// Prints to or closes a console, logs the lines completed by that, and returns 1 if the console existed.
+/// Prints to a console or closes it, and logs the lines that this completes. Returns 1 to the script if the console
+/// existed, otherwise 0.
 fn change(c: &mut Ctx<'_>, work: impl FnOnce(&mut Consoles, Tell<'_>) -> bool) -> Result {
     let mut lines = Vec::new();
     let there = work(&mut state(c)?.consoles, &mut |line| lines.push(line.to_vec()));

@@ -1,16 +1,16 @@
-//! Dialogs. A view that shows a dialog reports the answer. Without such a view, the dialog is answered automatically in
-//! the next step, with yes or ok and its initial text.
+//! Commands on dialogs. A view that shows a dialog reports the user's answer. Without such a view, the dialog is
+//! answered automatically in the next step, with yes or ok and its initial text.
 
 use crate::{
     kit::*,
     state::{dialogs::Dialog, state},
 };
 
-/// The event that publishes windows to views, and the command by which they answer dialogs.
+/// The event that publishes windows to views; below, the command by which views answer dialogs.
 const EVENT: &str = "ui.window";
 const ANSWER: &str = "tatu.answerDialog";
 
-/// Returns the buttons of a style, each with its text and result.
+/// Returns the buttons of a dialog style, each with its text and result.
 fn buttons(style: i64) -> &'static [(&'static str, i64)] {
     match style {
         1 | 2 => &[("OK", 1)],
@@ -24,7 +24,7 @@ fn map<const N: usize>(entries: [(&str, Value); N]) -> Value {
     Value::Map(entries.into_iter().map(|(k, v)| (Value::text(k), v)).collect())
 }
 
-/// Publishes a dialog: text, an input field, and a button for each answer.
+/// Publishes a dialog with its text, input field and buttons.
 fn show(c: &Ctx<'_>, made: i64, title: &str, text: &str, dialog: &Dialog) -> Result {
     let widget = |element: &str, above: Value, values: Value| {
         map([("element", Value::text(element)), ("above", above), ("values", values)])
@@ -57,7 +57,7 @@ fn hide(c: &Ctx<'_>, made: i64) -> Result {
     c.world().publish_value(EVENT, &closed)
 }
 
-/// Handles a user action on a dialog.
+/// Performs a user's action on a dialog.
 fn answer(c: &mut Ctx<'_>) -> Result {
     let (made, n, what) = (c.i64(0)?, c.i64(1)?, c.text(2)?);
     let over = {
@@ -106,14 +106,14 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .param(Param::any("titleColors").optional().text("ignored"))
         .param(Param::any("dialogColors").optional().text("ignored"))
         .returns(which())
-        .returns(Param::int("ui").text("-1: there is no window"))
+        .returns(Param::int("ui").text("-1: the dialog has no window"))
         .text(
-            "Opens a dialog, whose text also goes to the log; it remains open until a view answers it or the script \
-             ends it.",
+            "Opens a dialog, whose text is also logged; the dialog remains open until a view answers it or the script \
+             closes it.",
         )
         .notes(
-            "Without a viewer it answers itself in the next step: ok or yes, with the initial text as input. Without \
-             buttons it stays open. It never blocks the script.",
+            "Without a view, a dialog is answered automatically in the next step: ok or yes, with the initial text as \
+             input. A dialog without buttons stays open. The command never blocks the script.",
         ),
     );
     offer.command(
@@ -131,7 +131,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         })
         .param(which())
         .returns(Param::int("result").text("0: still open, 1: ok, 2: cancel, 3: yes, 4: no"))
-        .text("Returns how a dialog was answered."),
+        .text("Returns the answer to a dialog."),
     );
     offer.command(
         both(["sim.getDialogInput", "simGetDialogInput"], NIL, |c| {
@@ -141,7 +141,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         })
         .param(which())
         .returns(Param::string("text"))
-        .text("Returns the text of a dialog's text field."),
+        .text("Returns the content of a dialog's text field."),
     );
     offer.command(
         both(["sim.endDialog", "simEndDialog"], MINUS, |c| {
@@ -162,7 +162,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             .param(Param::int("n").text("the index of its widget: 3 for the first button"))
             .param(Param::string("what").choices(&["attend", "click", "change"]))
             .param(Param::any("text").optional().text("for change: the text of its text field"))
-            .text("Acts on a dialog as a user would. Called by views; `attend` makes the dialog wait for an answer.")
+            .text("Performs a user's action on a dialog. Called by views; `attend` makes the dialog wait for answers.")
             .example(
                 "local dialog = sim.displayDialog('Go', 'Shall it go on?', 4, false)\n\
                  tatu.answerDialog(dialog, 0, 'attend')\n\
@@ -192,8 +192,8 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         })
         .param(Param::any("arguments").rest())
         .returns(Param::string("file").text("nil"))
-        .text("Asks for a file: none is chosen, because there is no window.")
-        .stub("there is no window to choose a file in: nil"),
+        .text("Returns nil: no file can be chosen, because there is no window.")
+        .stub("without a window, no file can be chosen"),
     );
 }
 

@@ -1,4 +1,4 @@
-//! Commands on texts and messages: consoles, key presses, dialogs.
+//! Commands on text output and messages: consoles, key presses, dialogs.
 
 mod console;
 mod dialogs;

@@ -1,4 +1,4 @@
-//! Simulator messages such as key presses. Each script that reads messages gets its own copy.
+//! Commands on simulator messages such as key presses. Each script that reads messages receives its own copy.
 
 use super::keys;
 use crate::{kit::*, state::state};
@@ -20,8 +20,8 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         })
         .old_name("simGetSimulatorMessage", MINUS)
         .returns(Param::int("message").text("sim.message_...; -1 alone: none waits"))
-        .returns(Param::list("auxiliary").text("4 integers; of a key press its code, and 1 for Ctrl plus 2 for Shift"))
-        .text("Removes and returns the oldest message waiting for this script.")
+        .returns(Param::list("auxiliary").text("4 integers; for a key press: code, and 1 for Ctrl plus 2 for Shift"))
+        .text("Removes and returns the oldest pending message of the calling script.")
         .example("message, aux = sim.getSimulatorMessage()"),
     );
     offer.command(
@@ -34,9 +34,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         })
         .param(Param::int("message").text("sim.message_..."))
         .param(Param::list("auxiliary").optional().text("up to 4 integers"))
-        .text(
-            "Sends a message to all scripts, as a view does when a key is pressed over it; an addition to V-REP's API.",
-        )
+        .text("Sends a message to all scripts, as a view does when a key is pressed. An addition to V-REP's API.")
         .example("vrep.sendMessage(sim.message_keypress, {2007})"),
     );
 }

@@ -1,4 +1,4 @@
-//! Builds the motion that the arguments of each command describe.
+//! Builds motions from the arguments of the motion commands.
 
 use super::profile::Profile;
 use crate::{
@@ -9,7 +9,7 @@ use crate::{
     state::motions::{Answer, Listener, Motion, Mover},
 };
 
-/// Returns `n` numbers from a table, or one number repeated.
+/// Returns the first `n` numbers of a table, or a single number repeated `n` times.
 fn several(v: ValueRef<'_>, n: usize) -> Vec<f64> {
     match v.as_f64() {
         Some(x) => vec![x; n],
@@ -59,13 +59,12 @@ pub(super) fn config(c: &Ctx<'_>) -> Result<Motion> {
     };
     let n = start.len();
     if n == 0 {
-        return Err(
-            Fail::argument("the motion has neither joints nor a start position").help("give `joints`, or `pos`")
-        );
+        return Err(Fail::argument("the parameters contain neither joints nor a start position")
+            .help("give `joints`, or `pos`"));
     }
     let target = several(of("targetPos", 7), n);
     if target.len() < n {
-        return Err(Fail::argument(format!("targetPos has {} numbers; expected {n}", target.len())));
+        return Err(Fail::argument(format!("targetPos must have {n} numbers, but it has {}", target.len())));
     }
     let limits = [several(of("maxVel", 4), n), several(of("maxAccel", 5), n), several(of("maxJerk", 6), n)];
     Ok(Motion {
@@ -103,9 +102,8 @@ pub(super) fn pose(c: &Ctx<'_>) -> Result<Motion> {
     } else if object != 0 {
         c.world().pose(object, frame)?
     } else {
-        return Err(
-            Fail::argument("the motion has neither an object nor a start pose").help("give `object`, or `pose`")
-        );
+        return Err(Fail::argument("the parameters contain neither an object nor a start pose")
+            .help("give `object`, or `pose`"));
     };
     let to = read(of("targetPose", 5), 5)?;
     let limits = [several(of("maxVel", 2), 4), several(of("maxAccel", 3), 4), several(of("maxJerk", 4), 4)];
@@ -171,7 +169,7 @@ pub(super) fn rml_position(c: &Ctx<'_>) -> Result<Motion> {
     move_object(c, to, [5, 6, 7].map(|i| several(c.arg(i), 4)), Answer::Old)
 }
 
-/// Returns constant limits of velocity and acceleration for the whole path.
+/// Returns the limits of velocity and acceleration, the same for all four coordinates of a pose, without a jerk limit.
 fn even(v: f64, a: f64) -> [Vec<f64>; 3] {
     [vec![v; 4], vec![if a > 0.0 { a } else { 0.0 }; 4], Vec::new()]
 }
@@ -197,7 +195,7 @@ pub(super) fn to_object(c: &Ctx<'_>) -> Result<Motion> {
     let p = if what & 1 != 0 { al::position(&goal) } else { al::position(&from) };
     let q = if what & 2 != 0 { al::rotation(&goal) } else { al::rotation(&from) };
     let to = al::pose(p, q);
-    // The velocity is measured along the whole path.
+    // The velocity is a fraction of the whole path per second.
     let v = if c.has(4) { c.f64(4)?.abs().max(1e-6) } else { 1.0 };
     let angle = al::axis_angle(al::turn(q, al::conjugate(al::rotation(&from)))).1.abs();
     let way = al::length(al::sub(p, al::position(&from))).max(1e-9);

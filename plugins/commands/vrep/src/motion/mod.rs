@@ -1,6 +1,7 @@
-//! Motions: profiles that scripts advance themselves, and commands that wait until a target is reached.
+//! Commands on motions: profiles that scripts advance themselves, and motions that a thread waits for.
 //!
-//! `profile` computes both; `made` interprets the arguments of `moves`.
+//! - `profile`: computes profiles; `profiles`: commands on profiles;
+//! - `moves`: commands on motions; `made`: interprets their arguments.
 
 mod made;
 mod moves;

@@ -1,6 +1,7 @@
-//! Motions that threads wait for: `sim.moveToConfig`, `sim.moveToPose` and their older equivalents.
+//! Commands on motions for which threads wait: `sim.moveToConfig`, `sim.moveToPose` and their older equivalents.
 //!
-//! Each is a [`Motion`] stored under a number; a step advances the profile, moves the objects, and calls a callback.
+//! Each motion is a [`Motion`] stored under a number; a step advances its profile, moves its objects, and calls its
+//! callback.
 
 use super::{
     made::{config, pose, rml_joints, rml_position, to_joints, to_object, to_position},
@@ -19,19 +20,19 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     let waits = "the motion takes several steps, and only a thread can wait for them: call this in a thread";
     offer.command(
         Cmd::new("sim.moveToConfig", |c| run(c, config))
-            .param(Param::any("params").text("a table: joints, targetPos, maxVel, maxAccel, maxJerk, pos, vel, callback, auxData"))
-            .param(Param::any("more").rest().text("the form of 4.2 to 4.6: flags, pos, vel, accel, maxVel, maxAccel, maxJerk, targetPos, targetVel, callback, auxData"))
+            .param(Param::any("params").text("a table with joints, targetPos, maxVel, maxAccel, maxJerk, pos, vel, callback, auxData"))
+            .param(Param::any("more").rest().text("arguments as in 4.2 to 4.6: flags, pos, vel, accel, maxVel, maxAccel, maxJerk, targetPos, targetVel, callback, auxData"))
             .returns(Param::any("data").text("the final state: pos, vel, accel, timeLeft"))
-            .text("Moves joints, or anything that a callback controls, to a configuration.")
+            .text("Moves joints, or whatever a callback controls, to a configuration.")
             .no_wait(waits)
             .partial(NOTES),
     );
     offer.command(
         Cmd::new("sim.moveToPose", |c| run(c, pose))
-            .param(Param::any("params").text("a table: object, pose, targetPose, maxVel, maxAccel, maxJerk (4 numbers: x, y, z, angle), relObject, callback, auxData"))
-            .param(Param::any("more").rest().text("the form of 4.2 to 4.6: flags, pose, maxVel, maxAccel, maxJerk, targetPose, callback, auxData, metric"))
+            .param(Param::any("params").text("a table with object, pose, targetPose, maxVel, maxAccel, maxJerk (4 numbers: x, y, z, angle), relObject, callback, auxData"))
+            .param(Param::any("more").rest().text("arguments as in 4.2 to 4.6: flags, pose, maxVel, maxAccel, maxJerk, targetPose, callback, auxData, metric"))
             .returns(Param::any("data").text("the final state: pose, timeLeft"))
-            .text("Moves an object, or anything that a callback controls, to a pose.")
+            .text("Moves an object, or whatever a callback controls, to a pose.")
             .no_wait(waits)
             .partial(NOTES),
     );
@@ -47,8 +48,8 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             .param(table("maxAccel", "for each joint"))
             .param(table("maxJerk", "for each joint"))
             .param(table("target", "positions"))
-            .param(Param::any("targetVelocity").optional().text("ignored: it stops there"))
-            .param(Param::any("direction").optional().text("ignored: the shorter way"))
+            .param(Param::any("targetVelocity").optional().text("ignored: the motion ends at rest"))
+            .param(Param::any("direction").optional().text("ignored: joints move in the shorter direction"))
             .returns(Param::int("result").text("0"))
             .returns(Param::floats("position", 0))
             .returns(Param::floats("velocity", 0))
@@ -101,11 +102,11 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             .param(flagged("object"))
             .param(flagged("target"))
             .param(Param::int("what").default(3).optional().text("1: position, 2: orientation, 3: both"))
-            .param(Param::float("along").default(0.0).optional().text("ignored: where on a path"))
-            .param(Param::float("velocity").default(1.0).optional().text("1/s: of the whole way"))
+            .param(Param::float("along").default(0.0).optional().text("ignored: position on a path"))
+            .param(Param::float("velocity").default(1.0).optional().text("1/s: fraction of the motion per second"))
             .param(Param::float("acceleration").default(0.0).optional())
             .returns(Param::float("left").unit("s"))
-            .text("Moves an object to another one.")
+            .text("Moves an object to the pose of another one.")
             .no_wait(waits)
             .partial(NOTES),
     );
@@ -123,7 +124,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     );
 }
 
-/// Adds the three-part form of a motion, for scripts that advance it themselves.
+/// Adds commands that start, advance and end a motion, for scripts that advance it themselves.
 fn steps(offer: &mut Offer<Vrep>) {
     for (whole, [begin, step, cleanup], make) in [
         (
@@ -133,7 +134,7 @@ fn steps(offer: &mut Offer<Vrep>) {
         ),
         ("sim.moveToPose", ["sim.moveToPose_init", "sim.moveToPose_step", "sim.moveToPose_cleanup"], pose),
     ] {
-        let motion = || Param::any("motion").text("the value that the first function returned");
+        let motion = || Param::any("motion").text("the value returned by the `_init` function");
         offer.command(
             Cmd::new(begin, move |c| {
                 let motion = make(c)?;
@@ -155,9 +156,9 @@ fn steps(offer: &mut Offer<Vrep>) {
                 Ok(())
             })
             .param(motion())
-            .returns(Param::int("result").text("0: under way, 1: arrived"))
+            .returns(Param::int("result").text("0: in progress, 1: target reached"))
             .returns(Param::any("data"))
-            .text("Advances the motion by one step.")
+            .text("Advances a motion by one step.")
             .partial(NOTES),
         );
         offer.command(
@@ -166,7 +167,7 @@ fn steps(offer: &mut Offer<Vrep>) {
                 finish(c, number)
             })
             .param(motion())
-            .text("Ends the motion."),
+            .text("Ends a motion."),
         );
     }
 }
@@ -199,8 +200,10 @@ fn run(c: &mut Ctx<'_>, make: Make) -> Result<Outcome> {
     let number = match c.resumed() {
         0 => {
             if !c.can_wait() {
-                return Err(Fail::unsupported("this motion takes time, but the calling script is not threaded")
-                    .help("call it from a threaded script, or from sysCall_thread or a coroutine"));
+                return Err(Fail::unsupported(
+                    "the motion takes several steps, but the calling script is not threaded",
+                )
+                .help("call it from a threaded script, or from sysCall_thread or a coroutine"));
             }
             keep(c, make(c)?)?
         }
@@ -224,8 +227,8 @@ fn run(c: &mut Ctx<'_>, make: Make) -> Result<Outcome> {
     Ok(Outcome::Done)
 }
 
-/// Advances by one step; returns whether the target is reached (or the callback ended the motion), and the result for
-/// the script.
+/// Advances a motion by one step; returns whether the target has been reached (or the callback has ended the motion),
+/// and the result for the script.
 fn advance(c: &mut Ctx<'_>, number: i64) -> Result<(bool, Value)> {
     let dt = c.world().f64(0, c.plugin().p.dt)?;
     let (motion, (mut arrived, now, left)) = {
@@ -292,7 +295,8 @@ fn answer(motion: &Motion, now: &State, at: &Value, left: f64) -> Value {
     }
 }
 
-/// Applies the state of the profile to the moved objects; returns their position as passed to callbacks.
+/// Moves the objects of a motion to the state `now` of its profile; returns their position in the form in which it is
+/// passed to callbacks.
 fn apply(c: &Ctx<'_>, mover: &Mover, now: &State) -> Result<Value> {
     let (w, p) = (c.world(), &c.plugin().p);
     match mover {
@@ -306,7 +310,7 @@ fn apply(c: &Ctx<'_>, mover: &Mover, now: &State) -> Result<Value> {
         }
         Mover::Pose { object, frame, from, to } => {
             let angle = al::axis_angle(al::turn(al::rotation(to), al::conjugate(al::rotation(from)))).1.abs();
-            // The four coordinates are x, y, z and the angle turned so far.
+            // The four coordinates are x, y, z and the angle rotated so far.
             let [x, y, z, turned] =
                 <[f64; 4]>::try_from(now[0].as_slice()).map_err(|_| Fail::new("a pose has four coordinates"))?;
             let t = if angle > 1e-12 { (turned / angle).clamp(0.0, 1.0) } else { 1.0 };

@@ -1,4 +1,4 @@
-//! Motion profiles from rest to rest, or to a velocity, within limits of velocity, acceleration and jerk.
+//! Motion profiles to a position at rest, or to a velocity, within limits of velocity, acceleration and jerk.
 
 use serde::{Deserialize, Serialize};
 
@@ -6,14 +6,15 @@ use serde::{Deserialize, Serialize};
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Unit {
     jerk: f64,
-    /// Durations of a jerk segment, of the whole acceleration phase, and of constant velocity, s.
+    /// Duration of a jerk segment, s; below, those of the whole acceleration phase and of constant velocity.
     tj: f64,
     ta: f64,
     tv: f64,
 }
 
 impl Unit {
-    /// Computes the profile. The limits are positive, in units of the path length.
+    /// Computes the profile within limits of velocity, acceleration and jerk, which must be positive and are relative
+    /// to the length of the path.
     pub(crate) fn new(v: f64, a: f64, j: f64) -> Unit {
         let j = j.min(a * 1e6);
         let tj = if v * j < a * a { (v / j).sqrt() } else { a / j };
@@ -22,7 +23,7 @@ impl Unit {
         if tv >= 0.0 {
             return Unit { jerk: j, tj, ta, tv };
         }
-        // The path is too short to reach the greatest velocity.
+        // The path is too short to reach the maximum velocity.
         let (tj, ta) = if 1.0 >= 2.0 * a * a * a / (j * j) {
             let tj = a / j;
             (tj, tj / 2.0 + (tj * tj / 4.0 + 1.0 / a).sqrt())
@@ -36,7 +37,7 @@ impl Unit {
     pub(crate) fn duration(&self) -> f64 {
         2.0 * self.ta + self.tv
     }
-    /// Returns position, velocity and acceleration at a time.
+    /// Returns position, velocity and acceleration at time `t`, s.
     pub(crate) fn at(&self, t: f64) -> [f64; 3] {
         let total = self.duration();
         if t <= 0.0 {
@@ -55,7 +56,7 @@ impl Unit {
             [1.0 - s, v, -a]
         }
     }
-    /// Returns position, velocity and acceleration during the acceleration phase.
+    /// Returns position, velocity and acceleration at time `t` (s) of the acceleration phase.
     fn rise(&self, t: f64) -> [f64; 3] {
         let (j, tj, ta) = (self.jerk, self.tj, self.ta);
         let a = j * tj;
@@ -71,7 +72,7 @@ impl Unit {
     }
 }
 
-/// The motion of several coordinates that start and arrive together.
+/// The motion of several coordinates to a target position or velocity.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(crate) struct Profile {
     start: Vec<f64>,
@@ -93,7 +94,7 @@ enum Kind {
 /// Position, velocity and acceleration of each coordinate.
 pub(crate) type State = [Vec<f64>; 3];
 
-/// Value of a limit that was not given.
+/// Value of a limit that is not specified.
 const NO_LIMIT: f64 = 1e9;
 
 fn limit(list: &[f64], i: usize) -> f64 {
@@ -101,7 +102,7 @@ fn limit(list: &[f64], i: usize) -> f64 {
 }
 
 impl Profile {
-    /// Computes a motion to a position at rest: all coordinates brake first, then move in sync.
+    /// Computes a motion to a position at rest: all coordinates first decelerate to rest, then move synchronously.
     pub(crate) fn to(start: &[f64], velocity: &[f64], target: &[f64], limits: [&[f64]; 3]) -> Profile {
         let n = start.len();
         let velocity: Vec<f64> = (0..n).map(|i| velocity.get(i).copied().unwrap_or(0.0)).collect();
@@ -173,7 +174,7 @@ impl Profile {
                 let [from, ..] = self.braking(self.brake);
                 let [s, v, a] = unit.map_or([1.0, 0.0, 0.0], |u| u.at(t - self.brake));
                 let way: Vec<f64> = self.target.iter().zip(&from).map(|(to, from)| to - from).collect();
-                // The end position is exact, without rounding errors.
+                // Return the target itself at the end, which avoids rounding errors.
                 let at = |i: usize| if s >= 1.0 { self.target[i] } else { from[i] + way[i] * s };
                 [
                     (0..from.len()).map(at).collect(),
@@ -186,7 +187,7 @@ impl Profile {
                 for (i, unit) in units.iter().enumerate() {
                     let change = self.target[i] - self.velocity[i];
                     let at = |t: f64| unit.map_or([1.0, 0.0, 0.0], |u| u.at(t));
-                    // Simpson's rule is exact for cubic segments, and close elsewhere.
+                    // Simpson's rule is exact within the cubic segments, and accurate enough across them.
                     const N: usize = 64;
                     let h = t / N as f64;
                     let weight = |k: usize| {
@@ -208,12 +209,13 @@ impl Profile {
             }
         }
     }
-    /// Advances by `dt`; returns whether the target is reached, the state, and the unused part of `dt`.
+    /// Advances the profile by `dt`, s; returns whether the target has been reached, the state, and the unused part of
+    /// `dt`.
     pub(crate) fn step(&mut self, dt: f64) -> (bool, State, f64) {
         self.time += dt;
         let end = self.duration();
         let over = self.time - end;
-        // Once a target velocity is reached, it is held.
+        // A target velocity is maintained once it has been reached, so its time is not clamped.
         let at = if matches!(self.kind, Kind::Position(_)) { self.time.min(end) } else { self.time };
         (over >= -1e-9, self.at(if (-1e-9..0.0).contains(&over) { end } else { at }), over.max(0.0))
     }
@@ -228,7 +230,7 @@ mod tests {
         // Length 1, v 0.5, a 1, j 10: tj = 0.1, ta = 0.1 + 0.5 = 0.6, T = 1 / 0.5 + ta.
         let u = Unit::new(0.5, 1.0, 10.0);
         assert!((u.duration() - 2.6).abs() < 1e-12);
-        assert!((u.at(1.3)[0] - 0.5).abs() < 1e-12, "half of the way at half of the time");
+        assert!((u.at(1.3)[0] - 0.5).abs() < 1e-12, "half of the distance at half of the time");
         assert!((u.at(1.3)[1] - 0.5).abs() < 1e-12);
     }
 

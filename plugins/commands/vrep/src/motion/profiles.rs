@@ -1,12 +1,12 @@
-//! Motion profiles under a handle: `sim.ruckigPos`, `sim.ruckigVel`, `sim.ruckigStep`, `sim.ruckigRemove`, and the
-//! older `simRMLPos` family.
+//! Commands on motion profiles, which are identified by handles: `sim.ruckigPos`, `sim.ruckigVel`, `sim.ruckigStep`,
+//! `sim.ruckigRemove`, and the older `simRMLPos` family.
 
 use super::profile::Profile;
 use crate::{kit::*, state::state};
 
-/// The differences between these profiles and the documented ones.
+/// Differences from the documented profiles of the original.
 pub(crate) const NOTES: &str = "All coordinates move together in a straight line and arrive at the same time; an \
-                                initial velocity is stopped first, and a final velocity counts as 0.";
+                                initial velocity is reduced to 0 first, and the final velocity is always 0.";
 
 pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     let flags = || Param::int("flags").text("ignored: all coordinates arrive together");
@@ -15,13 +15,13 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             .param(Param::int("count").text("number of coordinates"))
             .param(Param::float("smallestStep").unit("s").text("ignored"))
             .param(flags())
-            .param(table("current", "positions, velocities and accelerations now"))
+            .param(table("current", "current positions, velocities and accelerations"))
     };
     for (name, older, flat, position) in
         [("sim.ruckigPos", "sim.rmlPos", "simRMLPos", true), ("sim.ruckigVel", "sim.rmlVel", "simRMLVel", false)]
     {
         let limits =
-            if position { "greatest velocities, accelerations and jerks" } else { "greatest accelerations and jerks" };
+            if position { "maximum velocities, accelerations and jerks" } else { "maximum accelerations and jerks" };
         let target = if position { "positions and velocities" } else { "velocities" };
         let command = Cmd::new(name, move |c| {
             let n = usize::try_from(c.i64(0)?).ok().filter(|n| (1..=1000).contains(n));
@@ -37,7 +37,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             let (start, velocity) = (part(3, 0)?, part(3, 1)?);
             let mut target = part(6, 0)?;
             for (i, x) in target.iter_mut().enumerate() {
-                // Coordinates that are not selected do not move.
+                // A coordinate that is not selected must not move.
                 if c.arg(5).number(i) == Some(0.0) {
                     *x = start[i];
                 }
@@ -60,10 +60,10 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         offer.command(
             common(command)
                 .param(table("limits", limits))
-                .param(Param::any("selection").text("a table: which coordinates move"))
+                .param(Param::any("selection").text("a table that states for each coordinate whether it moves"))
                 .param(table("target", target))
                 .returns(Param::int("profile"))
-                .text(format!("Creates a motion profile to {target}, within limits."))
+                .text(format!("Creates a motion profile to target {target}, within limits."))
                 .partial(NOTES),
         );
     }
@@ -81,9 +81,9 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .old_name("simRMLStep", MINUS)
         .param(Param::int("profile"))
         .param(Param::float("dt").unit("s"))
-        .returns(Param::int("result").text("0: under way, 1: arrived"))
+        .returns(Param::int("result").text("0: in progress, 1: target reached"))
         .returns(Param::list("state").text("positions, velocities and accelerations"))
-        .returns(Param::float("left").unit("s").text("the part of the step that was left over"))
+        .returns(Param::float("left").unit("s").text("the unused part of the step"))
         .text("Advances a motion profile.")
         .partial(NOTES),
     );

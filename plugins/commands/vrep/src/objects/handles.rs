@@ -7,10 +7,10 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         Cmd::new("sim.getObjectHandle", get_handle)
             .old_name("simGetObjectHandle", MINUS)
             .param(Param::any("name").text(
-                "a unique name, a path, or sim.handle_self; from a script of `robot#2`, `motor` means \
-                 `motor#2` and `motor#` exactly `motor`; with `@silentError` a missing object gives -1",
+                "a unique name, a path, or sim.handle_self; in a script of `robot#2`, `motor` means `motor#2`, and \
+                 `motor#` exactly `motor`; with `@silentError` appended, -1 is returned if the object is missing",
             ))
-            .param(Param::any("options").optional().text("{noError=true}: -1 if it is missing"))
+            .param(Param::any("options").optional().text("{noError=true}: -1 if the object is missing"))
             .returns(Param::int("handle"))
             .text("Finds an object by its unique name.")
             .example("motor = sim.getObjectHandle('Pioneer_p3dx_leftMotor')"),
@@ -19,8 +19,8 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         Cmd::new("sim.getObject", get_object)
             .param(Param::string("path").text("\"/a/b[1]\", \"./b\", \"../b\", \":/b\", \"/b{2}\""))
             .param(Param::any("options").optional().text(
-                "{noError=true}: -1 if it is missing; index: which of several, from 0; \
-                    proxy: where a relative path begins",
+                "{noError=true}: -1 if the object is missing; index: zero-based index of the match; \
+                    proxy: the start of a relative path",
             ))
             .returns(Param::int("handle"))
             .text("Finds an object by its path.")
@@ -36,7 +36,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .old_name("simGetObjectHandle_noErrorNoSuffixAdjustment", MINUS)
         .param(Param::string("name").text("a unique name"))
         .returns(Param::int("handle"))
-        .text("Finds an object by exactly this name; -1 if there is none.")
+        .text("Finds an object by its exact unique name; returns -1 if there is none.")
         .example("h = sim.getObjectHandle_noErrorNoSuffixAdjustment('Cuboid#0')"),
     );
     offer.command(
@@ -71,7 +71,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         })
         .old_name("simIsHandleValid", MINUS)
         .param(Param::any("handle"))
-        .param(Param::int("type").default(-1).optional().text("ignored: all handles are of objects"))
+        .param(Param::int("type").default(-1).optional().text("ignored: all handles belong to objects"))
         .returns(Param::int("valid").text("1 or 0"))
         .text("Returns whether a number is the handle of an object, as 1 or 0.")
         .example("if sim.isHandleValid(h) == 1 then sim.removeObject(h) end"),
@@ -86,7 +86,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .old_name("simGetObjectUniqueIdentifier", MINUS)
         .param(object("object"))
         .returns(Param::int("uid"))
-        .text("Returns a number that no other object of the run has or will have.")
+        .text("Returns a number that is unique to an object during the whole run.")
         .example("uid = sim.getObjectUid(robot)"),
     );
     offer.command(
@@ -96,12 +96,12 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             match found {
                 Some(o) => c.ret(o.handle()),
                 None if no_error(c) => c.ret(-1_i64),
-                None => return Err(Fail::missing(format!("no object has the number {id}"))),
+                None => return Err(Fail::missing(format!("there is no object with the unique number {id}"))),
             }
             Ok(())
         })
         .param(Param::int("uid"))
-        .param(Param::any("options").optional().text("{noError=true}: -1 if it is missing"))
+        .param(Param::any("options").optional().text("{noError=true}: -1 if the object is missing"))
         .returns(Param::int("handle"))
         .text("Finds an object by the number that sim.getObjectUid returns."),
     );
@@ -120,7 +120,7 @@ fn get_handle(c: &mut Ctx<'_>) -> Result {
     let (name, mark) = text.split_once('@').unwrap_or((&text, ""));
     if !matches!(mark, "" | "silentError") {
         return Err(Fail::unsupported(format!(
-            "`{text}`: there are no alternative names; only `@silentError` may follow a name"
+            "`{text}`: alternative names are not supported; only `@silentError` may be appended to a name"
         )));
     }
     let silent = !mark.is_empty() || no_error(c);
@@ -148,7 +148,7 @@ fn get_object(c: &mut Ctx<'_>) -> Result {
     let find = if silent { names::find_path } else { names::find_path_or_ask };
     let found = if !names::is_path(&path) {
         Err(Fail::missing(format!("`{path}` is not a path"))
-            .help("a path begins with `/`, `.` or `:`; names of old scripts go to sim.getObjectHandle"))
+            .help("a path begins with `/`, `.` or `:`; to find an object by unique name, use sim.getObjectHandle"))
     } else if index > 0 {
         find(c, &format!("{path}{{{index}}}"), base)
     } else {
@@ -194,8 +194,8 @@ pub(crate) fn type_of(c: &Shared<'_>, o: Object) -> i64 {
     }
 }
 
-/// Returns the kinds for a type number, as `World::list` takes them (0 means all), or `None` if no object has this
-/// type.
+/// Returns the bit mask of kinds for a type number, as used by `World::list` (0 means all), or `None` if objects cannot
+/// have this type.
 pub(crate) fn kinds_of(kind: i64) -> Option<u32> {
     Some(match kind {
         HANDLE_ALL | 109 => 0,

@@ -1,4 +1,4 @@
-//! Commands on objects: handles and types, and the tree that they form.
+//! Commands on objects: their handles and types, and the scene tree.
 
 mod handles;
 mod tree;

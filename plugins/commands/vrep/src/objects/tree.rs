@@ -1,4 +1,4 @@
-//! Commands on the tree of objects: parents, children, lists, removal.
+//! Commands on the scene tree: parents, children, lists, removal.
 
 use super::handles::{kinds_of, type_of};
 use crate::kit::*;
@@ -26,8 +26,8 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             .param(flagged("object"))
             .param(Param::int("parent").text("-1: none"))
             .param(Param::any("keepInPlace").default(true).optional().text(
-                "true: it stays where it is in the world; false: it stays where it is in \
-                    its parent's frame",
+                "true: the object keeps its pose in the world; false: it keeps its pose relative to \
+                    its parent",
             ))
             .text("Makes an object the child of another.")
             .example("sim.setObjectParent(box, gripper, true)"),
@@ -47,8 +47,8 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .old_name("simGetObjectChild", MINUS)
         .param(Param::int("object").text("a handle, or sim.handle_scene"))
         .param(Param::int("index").text("from 0"))
-        .returns(Param::int("child").text("-1: past the last one"))
-        .text("Returns one of the children of an object.")
+        .returns(Param::int("child").text("-1: the index is past the last child"))
+        .text("Returns a child of an object, by index.")
         .example("first = sim.getObjectChild(robot, 0)"),
     );
     offer.command(
@@ -73,10 +73,10 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .param(Param::int("object").text("a handle, or sim.handle_scene"))
         .param(Param::int("type").default(-2).optional().text("sim.object_..._type, or sim.handle_all"))
         .param(
-            Param::int("options").default(0).optional().text("1: without the object itself, 2: only direct children"),
+            Param::int("options").default(0).optional().text("1: excludes the object itself, 2: only direct children"),
         )
         .returns(Param::list("objects"))
-        .text("Lists an object and all objects below it, level by level.")
+        .text("Lists an object and its descendants, level by level.")
         .example("joints = sim.getObjectsInTree(robot, sim.object_joint_type)"),
     );
     offer.command(
@@ -90,8 +90,8 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .old_name("simGetObjects", MINUS)
         .param(Param::int("index").text("from 0"))
         .param(Param::int("type").default(-2).optional().text("sim.object_..._type, or sim.handle_all"))
-        .returns(Param::int("object").text("-1: past the last one"))
-        .text("Returns one of the objects of a type.")
+        .returns(Param::int("object").text("-1: the index is past the last object"))
+        .text("Returns an object of a type, by index.")
         .example("firstShape = sim.getObjects(0, sim.object_shape_type)"),
     );
     offer.command(
@@ -107,7 +107,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         })
         .old_name("simRemoveObject", MINUS)
         .param(flagged("object"))
-        .text("Removes an object; its children go to its parent.")
+        .text("Removes an object; its children become children of its parent.")
         .example("sim.removeObject(box)"),
     );
     offer.command(
@@ -126,8 +126,8 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             c.world().remove(&all)
         })
         .param(Param::list("objects").text("handles"))
-        .param(Param::any("delayed").optional().text("ignored: what they own ends at the next stage in any case"))
-        .text("Removes objects; their children go to their parents.")
+        .param(Param::any("delayed").optional().text("ignored: scripts of removed objects end at the next stage"))
+        .text("Removes objects; their children become children of the removed objects' parents.")
         .example("sim.removeObjects({box, ball})"),
     );
     offer.command(
@@ -148,12 +148,12 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .old_name("simRemoveModel", MINUS)
         .param(flagged("model"))
         .returns(Param::int("count"))
-        .text("Removes a model: its base and everything below it.")
+        .text("Removes a model: its base and all descendants.")
         .example("sim.removeModel(robot)"),
     );
 }
 
-/// Returns the object of argument `i`; 0 means the scene.
+/// Returns the object in argument `i`, or 0 for the scene.
 fn base(c: &Ctx<'_>, i: usize) -> Result<tatu_object> {
     if c.i64(i)? == HANDLE_SCENE {
         return Ok(0);
@@ -161,7 +161,7 @@ fn base(c: &Ctx<'_>, i: usize) -> Result<tatu_object> {
     Ok(living(c, i)?.id)
 }
 
-/// Stand-ins that are created where a search by type finds nothing: type number, and kind of the stand-in.
+/// Stand-ins that are created if a search by type finds no object: type number, and kind of the stand-in.
 const STAND_INS: &[(i64, &str)] = &[(0, "shape"), (1, "joint"), (5, "proximity/1"), (12, "force_sensor")];
 
 /// Returns the objects of a V-REP type at and below `base`.
@@ -172,7 +172,7 @@ fn typed(c: &Ctx<'_>, base: tatu_object, kind: i64, flags: u32) -> Result<Vec<i6
     let w = c.world();
     let mut all = w.list(base, kinds, flags)?;
     if matches!(kind, 5 | 9) {
-        // `list` selects by the core's kinds; this removes sensors that have a different V-REP type.
+        // `list` selects by the core's kinds, which do not distinguish V-REP's types of sensors.
         all.retain(|o| w.look(*o).is_ok_and(|o| type_of(c, o) == kind));
     }
     Ok(all.into_iter().map(handle).collect())

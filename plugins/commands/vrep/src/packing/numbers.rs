@@ -2,10 +2,10 @@
 
 use crate::kit::*;
 
-/// How an element is packed.
+/// A type of packed element.
 struct Element {
     name: &'static str,
-    /// Names of the commands that pack and unpack: the current name, the flat one, and the oldest one.
+    /// Names of the packing and the unpacking command: the current name, the flat one, and the oldest one.
     pack_names: [&'static str; 3],
     unpack_names: [&'static str; 3],
     size: usize,
@@ -32,7 +32,7 @@ macro_rules! element {
     };
 }
 
-/// The element types. Integers out of range wrap around.
+/// The element types. Integers that are out of range wrap around.
 const ELEMENTS: &[Element] = &[
     element!(
         "Float",
@@ -105,8 +105,8 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             .old_name(old_pack, NIL)
             .param(Param::any("numbers").text("a table; values that are not numbers count as 0"))
             .param(Param::int("start").default(0).optional().text("from 0"))
-            .param(Param::int("count").default(0).optional().text("0: all of the rest"))
-            .returns(Param::bytes("data").text("nothing for an empty table"))
+            .param(Param::int("count").default(0).optional().text("0: all remaining elements"))
+            .returns(Param::bytes("data").text("no value if no numbers are selected"))
             .text(format!("Packs numbers as {}.", described(e)))
             .example(format!("data = {pack_name}({{1, 2, 3}})")),
         );
@@ -115,7 +115,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
                 let (start, count) = (int_or(c, 1, 0)?, int_or(c, 2, 0)?);
                 let skip = usize::try_from(int_or(c, 3, 0)?).unwrap_or(0);
                 let bytes = c.bytes(0)?;
-                // The stand-in for a script parameter is not packed data, so it is unpacked to zeros.
+                // The stand-in for a script parameter is the text "1", not packed data, so it is unpacked to zeros.
                 let stands_in = bytes == b"1" && c.world().makes_stand_ins();
                 let bytes = if stands_in { STAND_IN } else { bytes };
                 let values = unpack(e, bytes.get(skip..).unwrap_or_default(), start, count);
@@ -126,9 +126,9 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             .old_name(old_unpack, NIL)
             .param(Param::string("data"))
             .param(Param::int("start").default(0).optional().text("from 0"))
-            .param(Param::int("count").default(0).optional().text("0: all of the rest"))
-            .param(Param::int("byteOffset").default(0).optional().text("bytes to skip first"))
-            .returns(Param::list("numbers").text("bytes left over at the end are ignored"))
+            .param(Param::int("count").default(0).optional().text("0: all remaining elements"))
+            .param(Param::int("byteOffset").default(0).optional().text("number of bytes to skip"))
+            .returns(Param::list("numbers").text("an incomplete element at the end is ignored"))
             .text(format!("Unpacks numbers that were packed as {}.", described(e)))
             .example(format!("numbers = {unpack_name}(data)")),
         );
@@ -144,7 +144,7 @@ fn described(e: &Element) -> String {
     format!("{what} of {} bytes", e.size)
 }
 
-/// Returns the range of the selected elements, within `n`.
+/// Returns the range of the selected elements, clamped to `n`.
 fn part(n: usize, start: i64, count: i64) -> std::ops::Range<usize> {
     let start = usize::try_from(start).unwrap_or(0).min(n);
     let end = match usize::try_from(count) {

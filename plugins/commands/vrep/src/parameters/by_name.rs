@@ -1,7 +1,7 @@
-//! Properties by name: `sim.getFloatProperty(thruster, 'thruster.thrust')` and its relatives.
+//! Commands on properties by name: `sim.getFloatProperty(thruster, 'thruster.thrust')` and similar ones.
 //!
-//! A name is the key of a property of this simulator (including those of plugins' devices), or one of the original:
-//! `customData.NAME` and `signal.NAME`, which are created when set, and names of properties that both have.
+//! A name is the key of one of Tatu's properties (including those of plugins' devices), or a name of the original:
+//! `customData.NAME` and `signal.NAME`, which are created when set, and names of properties that Tatu also has.
 
 use crate::{kit::*, simulation::run::state_now};
 
@@ -25,7 +25,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     family(offer, "floatarray", names, Param::floats("value", 0), "{0, 0, 1}", |v| v.numbers().map(Value::Floats));
 }
 
-/// Types of values that scripts store under arbitrary names, in the order in which they are searched.
+/// Types of the values that scripts can store under arbitrary names, in the order in which they are searched.
 const TYPES: [&str; 6] = ["string", "buffer", "int", "float", "bool", "floatarray"];
 
 /// Adds commands that get and set a property of any type.
@@ -40,9 +40,9 @@ fn of_any_type(offer: &mut Offer<Vrep>) {
         })
         .param(target())
         .param(key())
-        .param(Param::any("options").optional().text("{noError = true}: nil where it is missing"))
+        .param(Param::any("options").optional().text("{noError = true}: nil if the property is missing"))
         .returns(Param::any("value"))
-        .text("Returns a property by its name, with its type.")
+        .text("Returns a property of any type by its name.")
         .example("value = sim.getProperty(object, name)"),
     );
     offer.command(
@@ -62,7 +62,7 @@ fn of_any_type(offer: &mut Offer<Vrep>) {
         .param(key())
         .param(Param::any("value"))
         .param(Param::any("options").optional().text("ignored"))
-        .text("Sets a property by its name; the end of the simulation restores it.")
+        .text("Sets a property by its name; the old value is restored at the end of the simulation.")
         .example("sim.setProperty(object, name, 0.5)"),
     );
 }
@@ -76,7 +76,7 @@ fn key() -> Param {
     )
 }
 
-/// Returns a property to the script, or nil if it is missing and the script requested that this is not an error.
+/// Returns a property to the script, or nil if it is missing and the script has set `noError`.
 fn give(c: &mut Ctx<'_>, found: Result<Value>) -> Result {
     match found {
         Ok(Value::Object(id)) => c.ret(handle(id)),
@@ -87,14 +87,14 @@ fn give(c: &mut Ctx<'_>, found: Result<Value>) -> Result {
     Ok(())
 }
 
-/// Sets the property named by arguments 0 and 1.
+/// Sets the property of argument 0 whose name is argument 1.
 fn change(c: &Ctx<'_>, of: &str, value: &Value) -> Result {
     let name = c.text(1)?;
     let id = target_of(c)?;
     if let Some(own) = kept(&name, of) {
         return put(c, id, own, value);
     }
-    // Use the key that the object has; if it has none of them, report the name as the script spelled it.
+    // Use the first key that the object has. If it has none of them, the error must contain the script's own spelling.
     let keys = candidates(c, id, &name)?;
     let known = keys.iter().find(|key| c.world().get(id, c.world().host().prop(key)).is_ok()).unwrap_or(&name);
     c.world().set(id, c.world().host().prop(known), value)
@@ -117,7 +117,7 @@ fn family(
         })
         .param(target())
         .param(key())
-        .param(Param::any("options").optional().text("{noError = true}: nil where it is missing"))
+        .param(Param::any("options").optional().text("{noError = true}: nil if the property is missing"))
         .returns(value.clone())
         .text(format!("Returns a property of type {of} by its name."))
         .example(format!("value = {get}(object, name)")),
@@ -131,7 +131,7 @@ fn family(
         .param(key())
         .param(value)
         .param(Param::any("options").optional().text("ignored"))
-        .text(format!("Sets a property of type {of} by its name; the end of the simulation restores it."))
+        .text(format!("Sets a property of type {of} by its name; its old value is restored at the end of the run."))
         .example(format!("{set}(object, name, {sample})")),
     );
 }
@@ -144,13 +144,13 @@ fn target_of(c: &Ctx<'_>) -> Result<tatu_object> {
     if [HANDLE_SCENE, APP].contains(&c.i64(0)?) { Ok(0) } else { Ok(living(c, 0)?.id) }
 }
 
-/// The place where a value is stored that is not a property of the core.
+/// Storage of a value that is not a property of the core.
 enum Kept<'a> {
-    /// A block of custom data with this tag.
+    /// Custom data under this tag.
     Block(&'a str),
-    /// A value of a different type under `customData`, or a signal of an object, under this tag.
+    /// Private custom data under this tag: a `customData` value that is not a buffer, or a signal of another type.
     Other(String),
-    /// A signal of the world, of this kind and name.
+    /// A signal of this kind and name; of the world, or of an object.
     Signal(u32, &'a str),
 }
 
@@ -208,7 +208,7 @@ fn find(c: &Ctx<'_>, name: &str, of: &str, read: fn(ValueRef<'_>) -> Option<Valu
             Err(e) => return Err(e),
         }
     }
-    // The host's error lists the most similar names.
+    // Query the name itself once more, because the host's error lists the most similar names.
     let v = c.world().get(id, c.world().host().prop(name))?;
     read(v).ok_or_else(missing)
 }
@@ -217,7 +217,7 @@ fn packed(c: &Ctx<'_>, id: tatu_object, key: &str) -> Result<Option<Value>> {
     tags::private(c, id, key)?.map(|data| tables::unpack(&data)).transpose()
 }
 
-/// Returns a property of the original's application or scene that is constant here, or derived from others.
+/// Returns a property of the original's application or scene that is constant in Tatu, or derived from other values.
 fn constant(c: &Ctx<'_>, name: &str) -> Result<Option<Value>> {
     Ok(Some(match (c.i64(0)?, name) {
         (HANDLE_SCENE, "simulationState" | "simulation.state") => Value::Int(state_now(c)?),
@@ -225,7 +225,7 @@ fn constant(c: &Ctx<'_>, name: &str) -> Result<Option<Value>> {
         (HANDLE_SCENE, "dynamicsEnabled" | "dynamics.enabled") => Value::Bool(true),
         (HANDLE_SCENE, "dynamicsEngine" | "dynamics.engine") => Value::Ints(vec![0, 0]),
         (APP, "headlessMode") => Value::Int(1),
-        // The number of Linux, as in sim.intparam_platform.
+        // The number of Linux in sim.intparam_platform.
         (APP, "platform") => Value::Int(2),
         (APP, "displayEnabled") => Value::Bool(false),
         (APP, "processCnt") => Value::Int(1),
@@ -234,7 +234,7 @@ fn constant(c: &Ctx<'_>, name: &str) -> Result<Option<Value>> {
     }))
 }
 
-/// Properties whose name in the original cannot be derived from the one here.
+/// Properties whose key cannot be derived from their name in the original: that name, and the key.
 const RENAMED: &[(&str, &str)] = &[
     ("simulationTime", "scene.time"),
     ("simulation.time", "scene.time"),
@@ -253,7 +253,7 @@ const RENAMED: &[(&str, &str)] = &[
     ("restitution", "shape.restitution"),
 ];
 
-/// Returns the keys that a name may mean, in the order in which they are tried.
+/// Returns the keys to which a name may refer, in the order in which they are tried.
 fn candidates(c: &Ctx<'_>, id: tatu_object, name: &str) -> Result<Vec<String>> {
     let mut keys = vec![name.to_owned()];
     keys.extend(RENAMED.iter().filter(|(theirs, _)| *theirs == name).map(|(_, ours)| (*ours).to_owned()));

@@ -1,7 +1,7 @@
 //! Parameters of objects by number, as in `sim.getObjectInt32Param(box, sim.shapeintparam_static)`.
 //!
-//! If an object has no parameter with a number, commands return no value; under their old names they return 0 alone
-//! instead of 1 and the value.
+//! If an object has no parameter with the given number, getters return no value; called by their old names, they return
+//! only 0 instead of 1 and the value.
 
 use super::targets;
 use crate::{
@@ -17,7 +17,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
 type Get<T> = fn(&Ctx<'_>, Object, i64) -> Result<Option<T>>;
 type Set<T> = fn(&Ctx<'_>, Object, i64, T) -> Result<bool>;
 
-/// The names of the commands of one type: getter and setter, their previous names, and their flat names.
+/// Names of the getter and setter for one type of value: current, previous and flat.
 struct Names {
     get: &'static str,
     set: &'static str,
@@ -58,7 +58,7 @@ fn family<T: Number>(offer: &mut Offer<Vrep>, names: &'static Names, get: Get<T>
         })
         .param(object("object"))
         .param(id())
-        .returns(value.clone().text("nothing if the object has no such parameter"))
+        .returns(value.clone().text("no value if the object has no such parameter"))
         .text("Returns a parameter of an object.")
         .example(format!("v = {}(box, 3005)", names.get)),
     );
@@ -67,7 +67,7 @@ fn family<T: Number>(offer: &mut Offer<Vrep>, names: &'static Names, get: Get<T>
             if !write(c)? {
                 let (o, n) = (living(c, 0)?, c.i64(1)?);
                 return Err(Fail::argument(format!(
-                    "object {} `{}` has no parameter {n} that can be set",
+                    "object {} `{}` has no settable parameter {n}",
                     o.handle(),
                     path(c, o.id)
                 )));
@@ -102,7 +102,7 @@ fn family<T: Number>(offer: &mut Offer<Vrep>, names: &'static Names, get: Get<T>
         getter
             .param(object("object"))
             .param(id())
-            .returns(Param::int("result").text("1; 0 alone: the object has no such parameter"))
+            .returns(Param::int("result").text("1; 0 without a value: the object has no such parameter"))
             .returns(value.clone())
             .text("Returns whether an object has a parameter, and its value.")
             .example(format!("result, v = {}(box, 3005)", names.get_before.0)),
@@ -113,12 +113,12 @@ fn family<T: Number>(offer: &mut Offer<Vrep>, names: &'static Names, get: Get<T>
             .param(id())
             .param(value)
             .returns(Param::int("result").text("1; 0: the object has no such parameter"))
-            .text("Sets a parameter of an object, if it has it.")
+            .text("Sets a parameter of an object, if the object has such a parameter.")
             .example(format!("{}(box, 3005, 1)", names.set_before.0)),
     );
 }
 
-/// An integer or a float.
+/// The type of a parameter's value.
 trait Number: Copy + 'static {
     fn read(c: &Ctx<'_>, i: usize) -> Result<Self>;
     fn give(self, c: &mut Ctx<'_>);
@@ -140,7 +140,7 @@ impl Number for f64 {
     }
 }
 
-/// Parameters that select what vision and proximity sensors detect.
+/// Number of the parameter that selects what a vision sensor detects; below, that of a proximity sensor.
 const TO_RENDER: i64 = 1008;
 const TO_DETECT: i64 = 4002;
 
@@ -213,8 +213,8 @@ fn control(c: &Ctx<'_>, joint: tatu_object) -> Result<String> {
     text_of(c, joint, c.plugin().p.joint_control)
 }
 
-/// Returns the control mode after a parameter is set: 2000 switches the motor, 2001 position control, 2039 selects a
-/// mode.
+/// Returns the control mode that results from setting parameter `n`: 2000 switches the motor, 2001 switches position
+/// control, 2039 selects a mode.
 fn controlled(now: &str, n: i64, value: i64) -> Option<&str> {
     Some(match (n, value) {
         (2000, 0) => "free",
@@ -268,15 +268,15 @@ fn get_float(c: &Ctx<'_>, o: Object, n: i64) -> Result<Option<f64>> {
     }))
 }
 
-/// Returns P, I and D of a joint's position control, in 1/s, 1/s^2 and 1.
+/// Returns the gains P, I and D of a joint's position control, in 1/s, 1/s^2 and 1 (dimensionless).
 fn gains(c: &Ctx<'_>, joint: tatu_object) -> Result<[f64; 3]> {
     let set = c.world().get(joint, c.plugin().p.joint_gains)?;
     let set: Vec<f64> = (0..3).filter_map(|i| set.number(i)).collect();
-    // Default of joints without gains: 0.1 per 5 ms.
+    // Joints without gains use the original's default for P, 0.1 per physics step of 5 ms.
     Ok(set.try_into().unwrap_or([20.0, 0.0, 0.0]))
 }
 
-/// Returns the physics step in s: the original's gains are per step.
+/// Returns the physics step in s, which is needed because the original's gains are per step.
 fn engine_step(c: &Ctx<'_>) -> Result<f64> {
     c.world().f64(0, c.plugin().p.physics_dt)
 }
@@ -295,8 +295,8 @@ fn set_float(c: &Ctx<'_>, o: Object, n: i64, value: f64) -> Result<bool> {
         (TATU_KIND_JOINT, 2019) => w.set_f64s(id, p.joint_damping, &[value.max(0.0)])?,
         (TATU_KIND_JOINT, 2034) => w.set_f64s(id, p.joint_lead, &[value * std::f64::consts::TAU])?,
         (TATU_KIND_JOINT, 2042) => w.set_f64s(id, p.joint_lead, &[value])?,
-        // A static shape with an initial velocity is a conveyor: the velocity is that of its surface, given in the
-        // world frame.
+        // In V-REP, a static shape with an initial velocity acts as a conveyor; the velocity is that of its surface,
+        // in the world frame.
         (TATU_KIND_SHAPE, 3000..=3002) if !bool_of(c, id, p.dynamic)? => {
             let turn = al::rotation(&w.pose(id, 0)?);
             let mut v = al::rotate(turn, w.f64s::<3>(id, p.surface_velocity)?);
@@ -304,7 +304,7 @@ fn set_float(c: &Ctx<'_>, o: Object, n: i64, value: f64) -> Result<bool> {
             let own = al::rotate(al::conjugate(turn), v);
             w.set(id, p.surface_velocity, &Value::Floats(own.to_vec()))?;
         }
-        // Initial velocities are applied at once, since there is no reset to apply them at.
+        // Initial velocities are applied immediately, because there is no reset of dynamics that would apply them.
         (TATU_KIND_SHAPE, 3000..=3002 | 3020..=3022) => {
             let mut t = w.twist(id)?;
             t[if n < 3020 { n - 3000 } else { n - 3017 } as usize] = value;

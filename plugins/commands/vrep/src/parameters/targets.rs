@@ -1,8 +1,8 @@
 //! The entity that a sensor detects: an object, the objects of a collection, or everything
 //! (`sim.proxintparam_entity_to_detect`, `sim.visionintparam_entity_to_render`).
 //!
-//! The core stores a list of paths, see `sensor.targets`; the number that the script gave is stored with the sensor. A
-//! collection is resolved when it is set; later changes to it have no effect.
+//! The core stores a list of paths, see `sensor.targets`; the handle passed by the script is stored with the sensor. A
+//! collection is resolved when it is set, so later changes to it have no effect.
 
 use std::collections::BTreeSet;
 
@@ -11,12 +11,12 @@ use crate::{
     lookup::entities,
 };
 
-/// Tag under which the entity's number is stored.
+/// Tag under which the entity's handle is stored.
 const ENTITY: &str = "entity";
-/// The number that stands for all objects.
+/// The handle that selects all objects.
 const ALL: i64 = -1;
 
-/// Returns the entity that a sensor detects.
+/// Returns the handle of the entity that a sensor detects.
 pub(super) fn get(c: &Ctx<'_>, sensor: tatu_object) -> Result<i64> {
     Ok(tags::number(c, sensor, ENTITY)?.map_or(ALL, |x| x as i64))
 }
@@ -30,17 +30,17 @@ pub(super) fn set(c: &Ctx<'_>, sensor: tatu_object, entity: i64) -> Result {
         _ if entities::is_one(c, entity)? => entities::objects(c, entity)?.into_iter().collect(),
         _ => BTreeSet::from([living(c, 2)?.id]),
     };
-    // Objects added later are detected if most of the present ones are.
+    // Objects that are added later are detected if most of the existing ones are.
     let mut all = 2 * seen.len() > objects.len() || entity == ALL;
     let mut lists = differences(c, &objects, &seen, all)?;
     if all && !lists.0.is_empty() {
-        // As soon as one object is listed as a target, unlisted ones are not detected.
+        // If any object is listed as a target, the core does not detect unlisted objects.
         all = false;
         lists = differences(c, &objects, &seen, all)?;
     }
     let (mut targets, ignored) = lists;
     if targets.is_empty() && !all {
-        // An empty list would mean all objects, so the sensor itself is listed, which it never detects.
+        // An empty list would mean all objects, so list only the sensor itself, which it never detects.
         targets.push(sensor);
     }
     let paths = |all: &[tatu_object]| Value::List(all.iter().map(|o| Value::text(path(c, *o))).collect());
@@ -50,7 +50,7 @@ pub(super) fn set(c: &Ctx<'_>, sensor: tatu_object, entity: i64) -> Result {
 }
 
 /// Returns the objects that are detected although their parent is not, and those that are not detected although their
-/// parent is. `world` is whether objects without a parent count as detected.
+/// parent is. `world` states whether the parent of root objects counts as detected.
 fn differences(
     c: &Ctx<'_>,
     objects: &[tatu_object],

@@ -1,4 +1,4 @@
-//! Commands on paths: as tables of configurations, and as objects of old scenes.
+//! Commands on paths, which are tables of configurations, or objects in old scenes.
 
 pub(crate) mod objects;
 mod tables;

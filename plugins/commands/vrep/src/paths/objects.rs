@@ -1,4 +1,5 @@
-//! Path objects of old scenes: control points, and positions along the curve through them. Since 4.2 they are dummies.
+//! Path objects of old scenes: their control points, and positions along the curve through them. Since V-REP 4.2, paths
+//! are dummies.
 
 use super::tables as paths;
 use crate::kit::{
@@ -6,8 +7,8 @@ use crate::kit::{
     *,
 };
 
-const NOTES: &str = "Corners are rounded as set in the scene; a path created by a script goes straight from one \
-                     control point to the next. Velocities and virtual distances are ignored. A dummy without control \
+const NOTES: &str = "Corners are rounded as set in the scene; a path created by a script consists of straight segments \
+                     between its control points. Velocities and virtual distances are ignored. A dummy without control \
                      points is a path of one point.";
 
 pub(crate) fn offer(offer: &mut Offer<Vrep>) {
@@ -15,7 +16,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     let along = || Param::float("along").text("0: the beginning, 1: the end");
     offer.command(
         both(["sim.createPath", "simCreatePath"], MINUS, |c| {
-            // Since 4.2 a path is a dummy, and the control points are the first argument: 7 numbers each.
+            // Since 4.2, a path is a dummy, and the first argument contains the control points, 7 numbers each.
             let modern = is_table(c.arg(0));
             let dummy = c.world().create(if modern { "dummy" } else { "path" }, 0, "Path")?;
             if modern {
@@ -34,8 +35,8 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             c.ret(handle(dummy));
             Ok(())
         })
-        .param(Param::any("points").text("7 numbers for each control point; in old scripts the attributes"))
-        .param(Param::any("more").rest().text("options: 2 makes it closed; others are ignored"))
+        .param(Param::any("points").text("7 numbers per control point; in old scripts, the attributes"))
+        .param(Param::any("more").rest().text("options: 2 closes the path; others are ignored"))
         .returns(Param::int("path"))
         .text("Creates a path.")
         .partial(NOTES),
@@ -62,7 +63,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .param(Param::int("options").text("1: closed, 2: 16 numbers per point instead of 11"))
         .param(Param::int("start").text("from 0"))
         .param(Param::int("count"))
-        .param(table("data", "x, y, z, alpha, beta, gamma and more for each point"))
+        .param(table("data", "x, y, z, alpha, beta, gamma and further values per point"))
         .returns(Param::int("done"))
         .text("Inserts control points into a path.")
         .partial(NOTES),
@@ -102,7 +103,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .param(path())
         .param(along())
         .returns(Param::floats("position", 3).unit("m"))
-        .text("Returns a point of a path, in the world.")
+        .text("Returns the world position of a point on a path.")
         .partial(NOTES),
     );
     offer.command(
@@ -114,7 +115,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .param(path())
         .param(along())
         .returns(Param::floats("angles", 3).unit("rad"))
-        .text("Returns the orientation of a path at a position, in the world.")
+        .text("Returns the orientation of a path at a position, in the world frame.")
         .partial(NOTES),
     );
     offer.command(
@@ -128,8 +129,8 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .param(along())
         .returns(Param::int("flags"))
         .returns(Param::floats("channels", 4))
-        .text("Returns extra data of a path, of which there is none.")
-        .stub("control points keep no extra data"),
+        .text("Returns zeros: auxiliary data of paths is not supported.")
+        .stub("auxiliary data of control points is not stored"),
     );
     offer.command(
         both(["sim.getPathLength", "simGetPathLength"], NIL, |c| {
@@ -151,7 +152,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         })
         .param(path())
         .returns(Param::float("position").unit("m"))
-        .text("Returns the position on a path that was set."),
+        .text("Returns the position on a path that was last set."),
     );
     offer.command(
         both(["sim.setPathPosition", "simSetPathPosition"], MINUS, |c| {
@@ -161,8 +162,8 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         })
         .param(path())
         .param(Param::float("position").unit("m"))
-        .text("Sets a position on a path.")
-        .partial("It is stored; nothing moves along the path automatically."),
+        .text("Sets the current position on a path.")
+        .partial("The position is only stored; no object moves along the path automatically."),
     );
     offer.command(
         both(["sim.getClosestPositionOnPath", "simGetClosestPositionOnPath"], NIL, |c| {
@@ -179,7 +180,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .param(path())
         .param(table("point", "{x, y, z} in the path's frame"))
         .returns(Param::float("along").text("0 to 1"))
-        .text("Returns the position on a path that is nearest to a point.")
+        .text("Returns the position on a path that is closest to a point.")
         .partial(NOTES),
     );
     offer.command(
@@ -190,7 +191,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             .param(Param::float("start").default(0.0).optional().text("0 to 1: starting position"))
             .param(Param::float("velocity").unit("m/s").default(0.1).optional())
             .param(Param::float("acceleration").default(0.0).optional().text("ignored"))
-            .returns(Param::float("left").unit("s").text("the part of the last step that was left over"))
+            .returns(Param::float("left").unit("s").text("the unused part of the last step"))
             .text("Moves an object along a path.")
             .no_wait("the motion takes several steps, and only a thread can wait for them: call this in a thread")
             .partial("The motion has constant velocity, in straight lines between control points."),
@@ -210,11 +211,11 @@ fn of_path(c: &Ctx<'_>) -> Result<tatu_object> {
     }
 }
 
-/// Control points, in the path's own frame.
+/// A path with its control points, in its own frame.
 struct Path {
     points: Vec<Pose>,
-    /// For each point, the fractions of the segments before and after it that are rounded, and the number of points of
-    /// the arc. If empty, there is no rounding.
+    /// For each control point, the rounded fractions of the segments before and after it, and the number of points of
+    /// the arc. Empty if corners are not rounded.
     rounding: Vec<[f64; 3]>,
     closed: bool,
 }
@@ -233,7 +234,7 @@ impl Path {
                 Some([before, after, places]) if inner && n > 2 && *places > 1.0 => {
                     let from = al::interpolate(p, &self.points[(i + n - 1) % n], *before / 2.0);
                     let to = al::interpolate(p, &self.points[(i + 1) % n], *after / 2.0);
-                    // A quadratic Bézier curve with the control point in the middle.
+                    // A quadratic Bézier curve whose middle control point is `p`.
                     line.extend((0..=*places as usize).map(|k| {
                         let t = k as f64 / places.trunc();
                         al::interpolate(&al::interpolate(&from, p, t), &al::interpolate(p, &to, t), t)
@@ -303,13 +304,15 @@ fn write(c: &Ctx<'_>, id: tatu_object, path: &Path) -> Result {
     tags::set_private(c, id, "path", Some(text.as_bytes()))
 }
 
-/// Advances an object along a path; called again in each step. The wait's word is the key into `follows`.
+/// Advances an object along a path; called again in each step. The word passed to the wait is the key in `follows`.
 fn follow(c: &mut Ctx<'_>) -> Result<Outcome> {
     let (w, dt) = (c.world(), c.world().f64(0, c.plugin().p.dt)?);
     let word = match c.resumed() {
         0 => {
             if !c.can_wait() {
-                return Err(Fail::unsupported("this motion takes time, but the calling script is not threaded"));
+                return Err(Fail::unsupported(
+                    "the motion takes several steps, but the calling script is not threaded",
+                ));
             }
             let (object, path) = (living(c, 0)?.id, living(c, 1)?.id);
             let start = if c.has(3) { c.f64(3)? } else { 0.0 };

@@ -1,12 +1,12 @@
-//! Paths as plain tables of configurations: lengths, interpolation, the nearest point.
+//! Commands on paths as plain tables of configurations: lengths, interpolation, the closest point.
 
 use crate::kit::*;
 
 pub(crate) fn offer(offer: &mut Offer<Vrep>) {
-    let path = || table("path", "configurations one after another");
-    let lengths = || table("lengths", "distance along the path of each configuration, from sim.getPathLengths");
+    let path = || table("path", "concatenated configurations");
+    let lengths = || table("lengths", "distance of each configuration along the path, from sim.getPathLengths");
     let types =
-        || Param::any("types").optional().text("0: along a line, 1: an angle without limits, 2: part of a quaternion");
+        || Param::any("types").optional().text("per element, 0: linear, 1: cyclic angle, 2: part of a quaternion");
     offer.command(
         Cmd::new("sim.getPathLengths", |c| {
             let (path, n) = (floats(c, 0)?, dimension(c, 1)?);
@@ -21,11 +21,11 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
                         match given.first() {
                             Some(Value::Float(x)) => *x,
                             Some(Value::Int(i)) => *i as f64,
-                            _ => return Err(Fail::argument("the function returned no distance")),
+                            _ => return Err(Fail::argument("the distance function did not return a number")),
                         }
                     }
                     None => {
-                        // Only the positions of poses are used.
+                        // Configurations of 7 numbers are poses, of which only the position counts.
                         let k = if n == 7 { 3 } else { n };
                         distance(&pair[0][..k], &pair[1][..k])
                     }
@@ -37,7 +37,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             Ok(())
         })
         .param(path())
-        .param(Param::int("dof").text("numbers of a configuration"))
+        .param(Param::int("dof").text("number of elements of a configuration"))
         .param(Param::any("distance").optional().text("a function of two configurations"))
         .returns(Param::list("lengths"))
         .returns(Param::float("total"))
@@ -53,11 +53,11 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .param(path())
         .param(lengths())
         .param(Param::float("at").text("distance along the path"))
-        .param(Param::any("method").optional().text("ignored: straight between configurations"))
+        .param(Param::any("method").optional().text("ignored: interpolation is linear"))
         .param(types())
         .returns(Param::list("config"))
         .text("Returns the configuration at a position on a path.")
-        .partial("Interpolation between configurations is always straight, whatever the method."),
+        .partial("Interpolation between configurations is always linear, regardless of the method."),
     );
     offer.command(
         Cmd::new("sim.resamplePath", |c| {
@@ -76,18 +76,18 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .param(path())
         .param(lengths())
         .param(Param::int("count").text("number of configurations"))
-        .param(Param::any("method").optional().text("ignored: straight between configurations"))
+        .param(Param::any("method").optional().text("ignored: interpolation is linear"))
         .param(types())
         .returns(Param::list("path"))
-        .text("Returns a path with a number of evenly spaced configurations.")
-        .partial("Interpolation between configurations is always straight, whatever the method."),
+        .text("Returns a path with the given number of evenly spaced configurations.")
+        .partial("Interpolation between configurations is always linear, regardless of the method."),
     );
     offer.command(
         Cmd::new("sim.getClosestPosOnPath", |c| {
             let (path, lengths, p) = (floats(c, 0)?, floats(c, 1)?, numbers::<3>(c, 2)?);
             let n = path.len().checked_div(lengths.len()).unwrap_or(0);
             if n < 3 {
-                return Err(Fail::argument("path and lengths do not match"));
+                return Err(Fail::argument("the path and the lengths have different numbers of configurations"));
             }
             let points: Vec<[f64; 3]> = path.chunks_exact(n).map(|q| [q[0], q[1], q[2]]).collect();
             let (i, t) = nearest(&points, p);
@@ -99,7 +99,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .param(lengths())
         .param(table("point", "{x, y, z}"))
         .returns(Param::float("at").text("distance along the path"))
-        .text("Returns the position on a path that is nearest to a point."),
+        .text("Returns the position on a path that is closest to a point."),
     );
     offer.command(
         Cmd::new("sim.getConfigDistance", |c| {
@@ -118,8 +118,8 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             Ok(())
         })
         .param(table("a", "a configuration"))
-        .param(table("b", "another"))
-        .param(Param::any("metric").optional().text("a weight of each number"))
+        .param(table("b", "another configuration"))
+        .param(Param::any("metric").optional().text("the weight of each element"))
         .param(types())
         .returns(Param::float("distance"))
         .text("Returns the distance between two configurations."),
@@ -152,7 +152,7 @@ fn between(path: &[f64], lengths: &[f64], t: f64, types: &[f64]) -> Result<Vec<f
     let n = path.len().checked_div(lengths.len()).unwrap_or(0);
     if n == 0 || path.len() != n * lengths.len() {
         return Err(Fail::argument(format!(
-            "{} numbers do not make a path of {} configurations",
+            "{} numbers do not form a path of {} configurations",
             path.len(),
             lengths.len()
         )));
@@ -168,7 +168,7 @@ fn between(path: &[f64], lengths: &[f64], t: f64, types: &[f64]) -> Result<Vec<f
             a[k] + d * u
         })
         .collect();
-    // Quaternions are interpolated the shorter way and normalized.
+    // Quaternions are interpolated along the shorter rotation, then normalized.
     let quaternion = if types.is_empty() && n == 7 { Some(3) } else { types.iter().position(|t| *t == 2.0) };
     if let Some(q) = quaternion.filter(|q| q + 4 <= n) {
         let same: f64 = (q..q + 4).map(|k| a[k] * b[k]).sum();
@@ -180,7 +180,8 @@ fn between(path: &[f64], lengths: &[f64], t: f64, types: &[f64]) -> Result<Vec<f
     Ok(out)
 }
 
-/// Returns the nearest position on a polyline: index of the point before it, and fraction of that segment (0 to 1).
+/// Returns the position on a polyline that is closest to `p`: the index of the preceding point, and the fraction of the
+/// segment that follows it (0 to 1).
 pub(crate) fn nearest(points: &[[f64; 3]], p: [f64; 3]) -> (usize, f64) {
     let mut best = (f64::MAX, 0, 0.0);
     for (i, pair) in points.windows(2).enumerate() {

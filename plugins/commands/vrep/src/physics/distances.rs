@@ -10,9 +10,9 @@ use crate::{
 };
 
 pub(crate) fn offer(offer: &mut Offer<Vrep>) {
-    let entity = |key: &str| Param::int(key).text("an object with all objects below it, or a collection");
+    let entity = |key: &str| Param::int(key).text("an object with its descendants, or a collection");
     let second = || Param::int("second").text("an object, a collection, or sim.handle_all: all other shapes");
-    let notes = "Surfaces of meshes that are not convex are hollow: a shape entirely inside does not touch them.";
+    let notes = "Meshes that are not convex are hollow surfaces: a shape entirely inside does not touch them.";
     offer.command(
         both(["sim.checkCollision", "simCheckCollision"], MINUS, |c| {
             let touching =
@@ -26,7 +26,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .param(entity("first"))
         .param(second())
         .returns(Param::int("result").text("1: they overlap"))
-        .returns(Param::list("objects").text("the two shapes, since 4.0; -1 without"))
+        .returns(Param::list("objects").text("the two shapes, since 4.0; -1 if none overlap"))
         .text("Returns whether shapes overlap.")
         .notes(notes),
     );
@@ -58,7 +58,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .returns(Param::int("result").text("1; 0: they are farther apart"))
         .returns(Param::floats("data", 7).text("both ends of the shortest connection, and its length"))
         .returns(Param::list("objects").text("the two shapes, since 4.0"))
-        .text("Measures the shortest distance between shapes.")
+        .text("Computes the shortest distance between shapes.")
         .notes(notes),
     );
     for (names, irregular, text) in [
@@ -93,8 +93,8 @@ impl Way {
     }
 }
 
-/// Returns the shortest segment between two entities, if both have shapes. If `limit` is above 0, the segment must be
-/// no longer than that, m.
+/// Returns the shortest segment between two entities, if both have shapes. If `limit` (m) is greater than 0, a longer
+/// segment counts as not found.
 pub(crate) fn closest(c: &Ctx<'_>, first: &Entity, second: &Entity, limit: f64) -> Result<Option<Way>> {
     let (first, second) = match (first, second) {
         (Entity::Objects(a), Entity::Objects(b)) => (a.as_slice(), b.as_slice()),

@@ -1,9 +1,9 @@
-//! Parameters of the original's physics engines, as far as shapes have an equivalent, and materials by number.
+//! Commands on parameters of the original's physics engines for which shapes have an equivalent, and on its materials.
 
 use crate::kit::*;
 
-/// Returns the property that a parameter of Bullet, ODE, Newton or Vortex corresponds to: friction, restitution or
-/// damping of a shape.
+/// Returns the shape property (friction, restitution or damping) to which a parameter of Bullet, ODE, Newton or Vortex
+/// corresponds.
 fn prop(p: &Props, parameter: i64) -> Option<Prop> {
     Some(match parameter {
         6002 | 6003 | 15001 | 33001 | 33002 | 24001 => p.friction,
@@ -28,10 +28,10 @@ fn friction_of(material: i64) -> Option<f64> {
     })
 }
 
-/// Bullet's parameter number of the engine's step.
+/// Bullet's parameter number for the physics step.
 const STEP: i64 = 1;
 
-/// Name of a command, its previous name, and its flat name.
+/// The current, the previous and the flat name of a command.
 type Names = (&'static str, &'static str, &'static str);
 
 const GET: [(&str, Names); 3] = [
@@ -59,7 +59,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .param(object("shape"))
         .param(Param::int("material").text("sim.dynmat_..."))
         .text("Sets the friction of a shape to that of a material.")
-        .partial("The frictions are estimates: those of the original are not published."),
+        .partial("Friction values are estimates, because the original's values are not published."),
     );
 }
 

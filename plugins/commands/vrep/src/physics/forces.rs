@@ -1,4 +1,4 @@
-//! Commands on shapes in physics: forces, velocity, contacts.
+//! Commands on the dynamics of shapes: forces, velocity, contacts.
 
 use crate::kit::{algebra as al, *};
 
@@ -19,7 +19,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .param(table("force", "{x, y, z} N, world frame, at the centre of mass").optional())
         .param(table("torque", "{x, y, z} N m, world frame").optional())
         .returns(Param::int("done"))
-        .text("Pushes a shape during the next step; in `sysCall_dyn` during one physics step. Pushes add up.")
+        .text("Applies a force to a shape for the next step; in `sysCall_dyn`, for one physics step. Forces add up.")
         .example("sim.addForceAndTorque(box, {0, 0, 5}, {0, 0, 0})"),
     );
     offer.command(
@@ -37,11 +37,12 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         })
         .old_name("simAddForce", MINUS)
         .param(flagged("shape"))
-        .param(table("position", "{x, y, z} m, where it acts, in the shape's frame"))
+        .param(table("position", "{x, y, z} m, the point of application in the shape's frame"))
         .param(table("force", "{x, y, z} N, in the shape's frame"))
         .returns(Param::int("done"))
         .text(
-            "Pushes a shape at a point during the next step; in `sysCall_dyn` during one physics step. Pushes add up.",
+            "Applies a force to a point of a shape for the next step; in `sysCall_dyn`, for one physics step. Forces \
+             add up.",
         )
         .example("sim.addForce(box, {0, 0, 0.1}, {2, 0, 0})"),
     );
@@ -57,7 +58,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .param(flagged("shape"))
         .returns(Param::floats("linear", 3).unit("m/s"))
         .returns(Param::floats("angular", 3).unit("rad/s"))
-        .text("Returns the linear and angular velocity of a shape, in the world's frame.")
+        .text("Returns the linear and angular velocity of a shape, in the world frame.")
         .example("v, w = sim.getVelocity(box)"),
     );
     offer.command(
@@ -69,7 +70,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .old_name("simResetDynamicObject", MINUS)
         .param(flagged("object"))
         .returns(Param::int("done"))
-        .text("Informs physics that an object was changed. It has no effect: changes are noticed automatically.")
+        .text("Has no effect: physics detects changes of objects automatically.")
         .example("sim.resetDynamicObject(box)"),
     );
     offer.command(
@@ -87,29 +88,29 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     offer.command(
         Cmd::new("sim.getContactInfo", contact)
             .old_name("simGetContactInfo", NIL)
-            .param(Param::int("dynamicPass").text("ignored: contacts are those of the whole last step"))
+            .param(Param::int("dynamicPass").text("ignored: returns the contacts of the whole last step"))
             .param(Param::int("object").text("a shape, or sim.handle_all"))
-            .param(Param::int("index").text("from 0; with sim.handleflag_extended added, the normal is given too"))
-            .returns(Param::list("objects").text("the two shapes; nothing at all past the last contact"))
+            .param(Param::int("index").text("from 0; with sim.handleflag_extended added, the normal is also returned"))
+            .returns(Param::list("objects").text("the two shapes; no values past the last contact"))
             .returns(Param::floats("point", 3).unit("m"))
             .returns(Param::floats("force", 3).unit("N").text("on the second shape, friction included"))
             .returns(Param::floats("normal", 3).text("from the first to the second shape"))
-            .text("Returns one of the contacts of the last step, in the world's frame.")
+            .text("Returns a contact of the last step, by index, in the world frame.")
             .example("shapes, point, force = sim.getContactInfo(sim.handle_all, box, 0)"),
     );
 }
 
-/// Applies a force and a torque to a shape; does nothing if physics does not move the shape.
+/// Applies a force and a torque to a shape; has no effect if physics does not move the shape.
 fn push(c: &Ctx<'_>, shape: tatu_object, force: &[f64; 3], torque: &[f64; 3]) -> Result {
     if bool_of(c, shape, c.plugin().p.dynamic)? { c.world().push(shape, force, torque) } else { Ok(()) }
 }
 
-/// Returns the shape of argument 0, to which a force is to be applied.
+/// Returns the shape in argument 0, to which a force will be applied.
 fn pushable(c: &Ctx<'_>) -> Result<tatu_object> {
     let flags = c.arg(0).as_i64().unwrap_or(0);
     if flags > HANDLE_BITS && flags & 0xC0_0000 != 0 {
         return Err(Fail::unsupported("forces added earlier in a step cannot be removed")
-            .help("leave out sim.handleflag_resetforce and sim.handleflag_resettorque"));
+            .help("omit sim.handleflag_resetforce and sim.handleflag_resettorque"));
     }
     of_kind(c, 0, TATU_KIND_SHAPE)
 }

@@ -1,6 +1,6 @@
-//! Collision and distance objects of old scenes: pairs of entities that the scene monitors.
+//! Commands on the collision and distance objects of old scenes, which are pairs of entities.
 //!
-//! Pairs with explicit handling are computed when a script handles them, all others when they are read.
+//! Pairs with explicit handling are evaluated when a script handles them, all others when they are read.
 
 use super::distances::closest;
 use crate::{
@@ -15,7 +15,7 @@ use crate::{
     },
 };
 
-const NOTES: &str = "Objects that are not explicit are evaluated when they are read, not in the sensing part.";
+const NOTES: &str = "Objects without explicit handling are evaluated when they are read, not in the sensing stage.";
 
 /// The two types of pairs.
 #[derive(Clone, Copy)]
@@ -69,7 +69,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
                 answer(c, sort, found)
             })
             .param(Param::int("object"))
-            .returns(Param::int("result").text("1: there is one; 0: there is none, or it was never handled"))
+            .returns(Param::int("result").text("1: a result was found; 0: none, or the object was never handled"))
             .returns(Param::any("found").text("the two shapes that touch, or the distance in m"))
             .text(format!("Reads a {}.", sort.word()))
             .partial(NOTES),
@@ -82,7 +82,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         offer.command(
             both(names, MINUS, move |c| handle_pairs(c, sort))
                 .param(Param::int("object").text("sim.handle_all, sim.handle_all_except_explicit, or one"))
-                .returns(Param::int("result").text("how many were found; for a single object: 1 or 0"))
+                .returns(Param::int("result").text("number of results found; for a single object: 1 or 0"))
                 .returns(
                     Param::any("found").text("for a single object: the two shapes that touch, or the distance in m"),
                 )
@@ -108,7 +108,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     }
 }
 
-/// Returns the pairs that a number names.
+/// Returns the pairs for a handle, which may be `sim.handle_all` or `sim.handle_all_except_explicit`.
 fn chosen(c: &Ctx<'_>, sort: Sort, which: i64) -> Result<Vec<Pair>> {
     let all = sort.all(&state(c)?.registered).to_vec();
     let chosen: Vec<Pair> = match which {
@@ -122,7 +122,7 @@ fn chosen(c: &Ctx<'_>, sort: Sort, which: i64) -> Result<Vec<Pair>> {
     }
 }
 
-/// Computes the result of a pair.
+/// Evaluates a pair.
 fn look(c: &Ctx<'_>, sort: Sort, pair: &Pair) -> Result<Option<Found>> {
     let entity = |handle: i64| -> Result<Entity> {
         match handle {
@@ -146,7 +146,7 @@ fn look(c: &Ctx<'_>, sort: Sort, pair: &Pair) -> Result<Option<Found>> {
     })
 }
 
-/// Returns the result of a pair: computed now, or when it was last handled.
+/// Returns the result of the pair in argument 0: evaluated now, or if its handling is explicit, the stored result.
 fn read(c: &Ctx<'_>, sort: Sort) -> Result<Option<Found>> {
     let which = c.i64(0)?;
     match chosen(c, sort, which)?.as_slice() {

@@ -1,4 +1,4 @@
-//! Commands on scripts: their objects, calls of their functions, their parameters.
+//! Commands on scripts: the objects to which they belong, calls of their functions, their parameters.
 
 use crate::{kit::*, lookup::names, state::state};
 
@@ -15,7 +15,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .old_name("simGetObjectAssociatedWithScript", MINUS)
         .param(Param::int("script").text("a handle, or sim.handle_self"))
         .returns(Param::int("object").text("-1: none"))
-        .text("Returns the object that a script belongs to.")
+        .text("Returns the object to which a script belongs.")
         .example("robot = sim.getObjectAssociatedWithScript(sim.handle_self)"),
     );
     for (names, kind, text) in [
@@ -54,7 +54,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
                         None => living(c, 1)?.id,
                     };
                     let kind = kind_of(kind)
-                        .ok_or_else(|| Fail::unsupported(format!("there are no scripts of type {kind}")))?;
+                        .ok_or_else(|| Fail::unsupported(format!("script type {kind} is not supported")))?;
                     script_of(c, owner, kind)?
                 }
             };
@@ -64,7 +64,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .param(Param::int("type").text("sim.scripttype_...; or sim.handle_self alone: the calling script"))
         .param(Param::any("object").optional().text("a handle, path or name"))
         .returns(Param::int("script").text("-1: none"))
-        .text("Returns the script of a given type that an object has.")
+        .text("Returns an object's script of a given type.")
         .example("script = sim.getScript(sim.scripttype_childscript, robot)"),
     );
     offer.command(
@@ -83,8 +83,8 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         })
         .old_name("simGetScriptHandle", MINUS)
         .param(Param::string("name").optional().text(
-            "name of the object; `customization@name` for that kind; empty: the main script; none: the \
-                       caller",
+            "name of the object; `customization@name`: its customization script; empty: the main script; \
+                       omitted: the caller",
         ))
         .returns(Param::int("script").text("-1: none"))
         .text("Finds a script by the name of its object.")
@@ -100,14 +100,14 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .old_name("simGetScriptName", NIL)
         .param(Param::int("script").text("a handle, or sim.handle_self"))
         .returns(Param::string("name"))
-        .text("Returns the name of the object that a script belongs to.")
+        .text("Returns the name of the object to which a script belongs.")
         .example("name = sim.getScriptName(sim.handle_self)"),
     );
     offer.command(
         Cmd::new("sim.callScriptFunction", call)
             .old_name("simCallScriptFunction", MINUS)
-            .param(Param::string("function").text("its name; old scripts add `@` and the name of the script's object"))
-            .param(Param::int("script").text("a handle, sim.handle_self, or a script type where the object is named"))
+            .param(Param::string("function").text("its name; old scripts append `@` and the script's object"))
+            .param(Param::int("script").text("a handle, sim.handle_self, or a script type if the object is named"))
             .param(Param::any("arguments").rest())
             .returns(Param::any("results").text("the values that the function returns"))
             .text("Calls a function of another script.")
@@ -124,8 +124,8 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             Ok(())
         })
         .old_name("simGetScriptExecutionCount", MINUS)
-        .returns(Param::int("count").text("0 in the first"))
-        .text("Returns how often the calling script has run before.")
+        .returns(Param::int("count").text("0 in the first call"))
+        .text("Returns the number of previous calls of the calling script.")
         .example("if sim.getScriptExecutionCount() == 0 then end"),
     );
     offer.command(
@@ -149,7 +149,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             if found.is_none() {
                 found = given(c, &key)?;
             }
-            // The stand-in for a parameter is "1", since there is no scene that sets it.
+            // In a run without a scene, "1" stands in for the missing parameter.
             if found.is_none() && c.world().stands_in(key.0, &String::from_utf8_lossy(&key.1)) {
                 found = Some(b"1".to_vec());
             }
@@ -162,11 +162,11 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .old_name("simGetScriptSimulationParameter", NIL)
         .param(Param::int("script").text("a handle, or sim.handle_self"))
         .param(Param::string("name"))
-        .param(Param::any("asText").optional().text("true: as text, whatever it contains"))
-        .returns(Param::any("value").text("a boolean, number or text; nothing if it is not set"))
+        .param(Param::any("asText").optional().text("true: returns a text, whatever it contains"))
+        .returns(Param::any("value").text("a boolean, number or text; no value if the parameter is not set"))
         .text(
-            "Returns a parameter of a script that another script has set, or the scene, as custom data of its object \
-             under the tag `parameter.` and the name.",
+            "Returns a parameter of a script, set by another script, or by the scene as custom data of the script's \
+             object under the tag `parameter.` followed by the name.",
         )
         .example("speed = sim.getScriptSimulationParameter(sim.handle_self, 'speed')"),
     );
@@ -183,11 +183,11 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             Ok(())
         })
         .old_name("simSetScriptSimulationParameter", MINUS)
-        .param(Param::int("script").text("a handle, sim.handle_self, _all, or _tree, _chain: of the caller's object"))
+        .param(Param::int("script").text("a handle, sim.handle_self, _all, or (of the caller's object) _tree, _chain"))
         .param(Param::string("name"))
         .param(Param::string("value"))
-        .returns(Param::int("count").text("before 4.2: of the scripts that have it now"))
-        .text("Sets a parameter of a script, until the simulation ends.")
+        .returns(Param::int("count").text("before 4.2: the number of scripts that now have the parameter"))
+        .text("Sets a parameter of a script until the end of the simulation.")
         .example("sim.setScriptSimulationParameter(script, 'speed', 2)"),
     );
 }
@@ -200,8 +200,8 @@ fn script_of(c: &Ctx<'_>, owner: tatu_object, kind: &str) -> Result<tatu_object>
     };
     let found = all.iter().find(of_kind).copied();
     if found.is_none() && owner != 0 && kind == "child" {
-        // A run without a scene starts without scripts on other objects. The miss is recorded, so that the object has a
-        // script in the next attempt.
+        // A run without a scene starts without scripts on other objects. The failed lookup is recorded, so that the
+        // object has a script in the next attempt.
         c.world().missed_script(owner);
     }
     Ok(found.unwrap_or(0))
@@ -211,7 +211,7 @@ fn main_script(c: &Ctx<'_>) -> Result<tatu_object> {
     script_of(c, 0, "main")
 }
 
-/// Returns the kind of a script type, or `None` if the number is not one.
+/// Returns the script kind for a type number, or `None` if the number is not a supported type.
 pub(crate) fn kind_of(kind: i64) -> Option<&'static str> {
     match kind {
         0 => Some("main"),
@@ -243,7 +243,7 @@ pub(crate) fn any_script(c: &Ctx<'_>, i: usize) -> Result<tatu_object> {
         }
     };
     if found == 0 {
-        Err(Fail::missing("expected the handle of a script, or of an object that has one"))
+        Err(Fail::missing("expected the handle of a script, or of an object that has a script"))
     } else {
         Ok(found)
     }
@@ -253,28 +253,29 @@ pub(crate) fn any_script(c: &Ctx<'_>, i: usize) -> Result<tatu_object> {
 pub(crate) fn self_or(c: &Ctx<'_>, i: usize) -> Result<tatu_object> {
     if c.i64(i)? == HANDLE_SELF {
         return match c.caller_script() {
-            0 => Err(Fail::missing("the caller is not a script: pass the handle of one instead of sim.handle_self")),
+            0 => Err(Fail::missing("the caller is not a script: pass a script's handle instead of sim.handle_self")),
             script => Ok(script),
         };
     }
     of_kind(c, i, TATU_KIND_SCRIPT)
 }
 
-/// Returns a parameter that the scene or the model gives to a script: custom data of the script's owner, under a tag
+/// Returns a script parameter that is set by the scene or the model, as custom data of the script's object under a tag
 /// that begins with `parameter.`.
 fn given(c: &Ctx<'_>, (script, name): &(tatu_object, Vec<u8>)) -> Result<Option<Vec<u8>>> {
-    // The main script belongs to no object.
+    // The main script does not belong to an object.
     let owner = parent(c, *script).unwrap_or(0);
     if owner == 0 { Ok(None) } else { tags::get(c, owner, &[b"parameter.", name.as_slice()].concat()) }
 }
 
-/// Returns the scripts that argument 0 names: one, all, or those of objects below or above the caller's.
+/// Returns the scripts that argument 0 selects: one, all, or those of the descendants or ancestors of the caller's
+/// object.
 fn with_parameters(c: &Ctx<'_>) -> Result<Vec<tatu_object>> {
     let own = c.caller_object();
     let owners = match c.i64(0)? {
         HANDLE_ALL => return c.world().scripts(0),
         HANDLE_MAIN_SCRIPT => return Ok(vec![main_script(c)?]),
-        HANDLE_TREE | HANDLE_CHAIN if own == 0 => return Err(Fail::missing("the caller belongs to no object")),
+        HANDLE_TREE | HANDLE_CHAIN if own == 0 => return Err(Fail::missing("the caller does not belong to an object")),
         HANDLE_TREE => c.world().list(own, 0, 0)?,
         HANDLE_CHAIN => {
             let mut all = vec![own];
@@ -292,7 +293,7 @@ fn with_parameters(c: &Ctx<'_>) -> Result<Vec<tatu_object>> {
     Ok(scripts)
 }
 
-/// Converts a parameter's text to the type it looks like: nil, a boolean, a number or text.
+/// Converts a parameter's text to the value that it spells: nil, a boolean, a number, or else the text itself.
 fn typed(text: Vec<u8>) -> Value {
     match text.as_slice() {
         b"nil" => Value::Nil,
@@ -318,7 +319,6 @@ fn call(c: &mut Ctx<'_>) -> Result {
     if script == 0 {
         return Err(Fail::missing(format!("`{text}` does not name an existing script")));
     }
-    // Arguments are passed on unchanged; results are copied into the memory of this call.
     let args = c.args().get(2..).unwrap_or_default();
     let args: Vec<Value> = args.iter().map(|v| v.to_value()).collect::<Result<_>>()?;
     for value in c.world().call_function(script, function, &args)? {

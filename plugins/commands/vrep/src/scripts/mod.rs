@@ -1,4 +1,4 @@
-//! Commands on scripts: calling their functions, running source code in them, their variables.
+//! Commands on scripts: calling their functions, running code in them, accessing their variables and parameters.
 
 mod calls;
 mod more;

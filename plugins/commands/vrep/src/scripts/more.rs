@@ -1,11 +1,11 @@
-//! More commands on scripts: running source code in them, their variables, attributes and parameters.
+//! More commands on scripts: running code in them, their variables and attributes, and parameters of users.
 
 use super::calls as scripts;
 use crate::{kit::*, state::state};
 
 pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     offer.prelude("lua", "", include_str!("catalogue.lua"));
-    let target = || Param::any("script").text("a handle, or a type where the text names the object");
+    let target = || Param::any("script").text("a handle, or a script type if the text names the object");
     offer.command(
         both(["sim.executeScriptString", "simExecuteScriptString"], MINUS, |c| {
             let text = c.text(0)?;
@@ -20,12 +20,12 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
                     Ok(())
                 }
                 Err(e) if e.code() == TATU_ERR_MISSING => {
-                    Err(Fail::unsupported("the script's language cannot run text"))
+                    Err(Fail::unsupported("the script's language does not support running code from text"))
                 }
                 Err(e) => Err(e),
             }
         })
-        .param(Param::string("code").text("old scripts add `@` and the name of the script's object"))
+        .param(Param::string("code").text("old scripts append `@` and the name of the script's object"))
         .param(target())
         .returns(Param::int("result").text("0; -1: it failed"))
         .returns(Param::any("value").text("the result of the code, or the error message"))
@@ -40,7 +40,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             c.ret(1_i64);
             Ok(())
         })
-        .param(Param::string("name").text("old scripts add `@` and the name of the script's object"))
+        .param(Param::string("name").text("old scripts append `@` and the name of the script's object"))
         .param(target())
         .param(Param::any("value"))
         .returns(Param::int("done"))
@@ -62,7 +62,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .param(Param::any("b").optional().text("its second argument"))
         .param(Param::int("iterations").default(99).text("number of calls before the last one"))
         .returns(Param::any("results").text("results of the last call"))
-        .text("Calls a function repeatedly, to test callbacks such as those of remote clients."),
+        .text("Calls a function repeatedly, to test callbacks like those of remote clients."),
     );
     offer.command(
         Cmd::new("sim.getScriptFunctions", |c| {
@@ -72,8 +72,8 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         })
         .param(Param::int("script"))
         .returns(Param::any("functions").text("a table whose fields are the script's functions"))
-        .text("Returns the functions of a script, to be called as methods.")
-        .partial("Works only in Lua; for other callers the table is empty."),
+        .text("Returns a table whose methods call the functions of a script.")
+        .partial("Works only in Lua; for other callers, the table is empty."),
     );
     offer.command(
         both(["sim.invertMatrix", "simInvertMatrix"], MINUS, |c| {
@@ -83,8 +83,8 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         })
         .param(table("matrix", "12 numbers"))
         .returns(Param::any("result").text("1 in Lua, otherwise the inverse"))
-        .text("Inverts a matrix, in Lua in place.")
-        .notes("Languages other than Lua get the inverse as a result."),
+        .text("Inverts a matrix; in Lua, in place.")
+        .notes("In languages other than Lua, the result is the inverse."),
     );
     attributes(offer);
     parameters(offer);
@@ -95,7 +95,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             done(c)
         })
         .param(Param::int("script").text("a handle, or sim.handle_self"))
-        .text("Removes a script: it is no longer called."),
+        .text("Removes a script, which is then no longer called."),
     );
     offer.command(
         both(["sim.getLastError", "simGetLastError"], NIL, |c| {
@@ -106,9 +106,9 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             Ok(())
         })
         .alias("sim.getLastInfo")
-        .returns(Param::string("text").text("nothing if there was none"))
+        .returns(Param::string("text").text("no value if no call has failed"))
         .text("Returns the message of the last failed call, once.")
-        .stub("errors of failed calls are in the log"),
+        .stub("errors of failed calls are written to the log"),
     );
     offer.command(
         Cmd::new("sim.copyTable", |c| {
@@ -119,17 +119,17 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .param(Param::any("table"))
         .returns(Param::any("copy"))
         .text("Returns a copy of a table, including the tables in it.")
-        .partial("Only truth values, numbers, texts and tables can be copied."),
+        .partial("Only booleans, numbers, texts and tables can be copied."),
     );
 }
 
-/// Returns the text before `@`, and the script named after it or by argument `i`.
+/// Returns the text before `@`, and the script that is named after the `@` or identified by argument `i`.
 fn target_of(c: &Ctx<'_>, text: &str, i: usize) -> Result<(String, tatu_object)> {
     let by_type = c.arg(i).as_i64().is_some_and(|n| scripts::kind_of(n).is_some());
     match text.rsplit_once('@') {
         Some((head, owner)) if by_type => Ok((head.into(), scripts::named(c, owner, c.i64(i)?)?)),
         _ if !c.has(i) => match c.caller_script() {
-            0 => Err(Fail::missing("the caller is not a script: pass the handle of one")),
+            0 => Err(Fail::missing("the caller is not a script: pass the handle of a script")),
             script => Ok((text.into(), script)),
         },
         _ => Ok((text.into(), scripts::any_script(c, i)?)),
@@ -170,11 +170,11 @@ fn attributes(offer: &mut Offer<Vrep>) {
         .param(Param::any("value"))
         .returns(Param::int("done"))
         .text("Sets an attribute of a script.")
-        .partial("It is only stored and returned; scripts are called as before."),
+        .partial("The attribute is only stored and returned; it does not affect how scripts are called."),
     );
 }
 
-/// Adds commands for the parameters that users set in the original's dialogs.
+/// Adds commands for the parameters that users can set in the original's dialogs.
 fn parameters(offer: &mut Offer<Vrep>) {
     let name = |c: &Ctx<'_>| Ok::<_, Fail>(format!("parameter {}", c.text(1)?));
     let target = |c: &Ctx<'_>| match c.i64(0)? {
@@ -191,7 +191,7 @@ fn parameters(offer: &mut Offer<Vrep>) {
         })
         .param(flagged("object"))
         .param(Param::string("name").text("`name`, or `@alternative`"))
-        .returns(Param::any("value").text("nothing if it is not set"))
+        .returns(Param::any("value").text("no value if the parameter is not set"))
         .text("Returns a user parameter of an object."),
     );
     offer.command(
@@ -204,7 +204,7 @@ fn parameters(offer: &mut Offer<Vrep>) {
         })
         .param(flagged("object"))
         .param(Param::string("name"))
-        .param(Param::any("value").text("nil: removes it"))
+        .param(Param::any("value").text("nil: removes the parameter"))
         .text("Sets a user parameter of an object."),
     );
 }

@@ -1,4 +1,4 @@
-//! Commands on collections: sets of objects under one handle.
+//! Commands on collections, which are sets of objects with a common handle.
 
 use crate::{
     kit::*,
@@ -13,18 +13,18 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     let collection = || Param::int("collection").text("a handle of a collection");
     offer.command(
         both(["sim.createCollection", "simCreateCollection"], MINUS, |c| {
-            // Before 4.2 the first argument was the name.
+            // Before 4.2, the first argument was the name.
             let name = c.arg(0).as_str().map_or(String::new(), |s| s.into_owned());
             let made = state(c)?.collections.add(name);
             c.ret(made);
             Ok(())
         })
-        .param(Param::any("options").optional().text("ignored; in old scripts the name"))
+        .param(Param::any("options").optional().text("ignored; in old scripts, the name"))
         .param(Param::any("oldOptions").optional().text("ignored"))
         .returns(Param::int("collection"))
         .text("Creates a collection of objects."),
     );
-    // The older command takes the object before `sim.handle_tree` and similar numbers, the newer one after them.
+    // In the older command, the object precedes `sim.handle_tree` and similar numbers; in the newer one, it follows.
     for (name, old, at) in [
         ("sim.addObjectToCollection", Some("simAddObjectToCollection"), [1, 2]),
         ("sim.addItemToCollection", None, [2, 1]),
@@ -48,7 +48,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
                 .param(collection())
                 .param(param(first))
                 .param(param(second))
-                .param(Param::int("options").default(0).optional().text("1: removes, 2: without the object itself"))
+                .param(Param::int("options").default(0).optional().text("1: removes, 2: excludes the object itself"))
                 .text("Adds objects to a collection, or removes them."),
         );
     }
@@ -87,7 +87,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             let found = state(c)?.collections.all.iter().find(|(_, k)| k.name == name).map(|(h, _)| *h);
             match found {
                 Some(h) => c.ret(h),
-                // A run without a scene does not have the collections of that scene: an empty one is created.
+                // In a run without a scene, an empty collection stands in for a missing one.
                 None if c.world().makes_stand_ins() => {
                     let made = state(c)?.collections.add(name);
                     c.ret(made);

@@ -1,4 +1,4 @@
-//! Commands on sets of objects: the selection, and collections.
+//! Commands on sets of objects: the selection and collections.
 
 mod collections;
 mod selection;

@@ -1,4 +1,4 @@
-//! The selection of objects. It is not displayed; scripts use it to share a set of objects.
+//! Commands on the selection. It is not displayed, but scripts use it to share a set of objects.
 
 use crate::{kit::*, lookup::sets, state::state};
 
@@ -11,7 +11,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             }
             Ok(())
         })
-        .returns(Param::list("objects").text("nothing if none is selected"))
+        .returns(Param::list("objects").text("no value if no object is selected"))
         .text("Lists the selected objects."),
     );
     offer.command(
@@ -20,7 +20,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             c.ret(&selected[..]);
             Ok(())
         })
-        .returns(Param::list("objects").text("empty if none is selected"))
+        .returns(Param::list("objects").text("empty if no object is selected"))
         .text("Lists the selected objects."),
     );
     offer.command(
@@ -30,7 +30,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             Ok(())
         })
         .param(Param::list("objects").text("handles"))
-        .text("Selects these objects and no others."),
+        .text("Selects the given objects and deselects all others."),
     );
     for (names, add) in [
         (["sim.addObjectToSelection", "simAddObjectToSelection"], true),
@@ -53,9 +53,9 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
                         .optional()
                         .text("sim.handle_single, _all, _tree or _chain; or a table of handles; nil: nothing"),
                 )
-                .param(Param::any("object").optional().text("the object whose tree or chain is meant"))
+                .param(Param::any("object").optional().text("the object to which `_tree` or `_chain` refers"))
                 .returns(Param::int("done"))
-                .text(if add { "Selects more objects." } else { "Selects fewer objects." }),
+                .text(if add { "Adds objects to the selection." } else { "Removes objects from the selection." }),
         );
     }
     offer.command(
@@ -80,7 +80,7 @@ fn meant(c: &Ctx<'_>) -> Result<Vec<tatu_object>> {
     if is_table(c.arg(0)) {
         return sets::list(c, 0);
     }
-    // For an empty selection, `getObjectSelection` returns nil.
+    // `getObjectSelection` returns nil for an empty selection, and scripts pass this value back.
     if c.arg(0).is_nil() {
         return Ok(Vec::new());
     }

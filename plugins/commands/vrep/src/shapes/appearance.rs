@@ -1,4 +1,4 @@
-//! Commands on colours of objects, the size of a shape, and texts of objects by number.
+//! Commands on the colours of objects, the size of shapes, and text parameters of objects.
 
 use crate::kit::*;
 
@@ -20,7 +20,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .param(component())
         .returns(Param::floats("rgb", 3))
         .text("Returns the colour of an object.")
-        .partial("Shapes have one colour; all others are black."),
+        .partial("Shapes have a single colour; all other objects are black."),
     );
     offer.command(
         Cmd::new("sim.setObjectColor", |c| {
@@ -38,7 +38,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .param(rgb())
         .returns(Param::bool("done"))
         .text("Sets the colour of an object.")
-        .partial("Shapes have one colour; other components are ignored."),
+        .partial("Shapes have a single colour; other components are ignored."),
     );
     offer.command(
         Cmd::new("sim.changeEntityColor", |c| {
@@ -93,13 +93,13 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     offer.command(
         Cmd::new("sim.getShapeAppearance", |_| Ok(()))
             .param(Param::any("arguments").rest())
-            .text("Gives how a shape is drawn: nothing.")
-            .stub("nothing is drawn"),
+            .text("Returns no value; appearances cannot be queried.")
+            .stub("appearances cannot be queried"),
     );
     texts(offer);
 }
 
-/// Adds text parameters by number. The original has them for a few kinds of objects; here they are only stored.
+/// Adds commands on text parameters by number. The original has a few such parameters; here they are only stored.
 fn texts(offer: &mut Offer<Vrep>) {
     let key = |c: &Ctx<'_>| Ok::<_, Fail>(format!("text {}", c.i64(1)?));
     let get = move |c: &mut Ctx<'_>| -> Result {
@@ -110,15 +110,15 @@ fn texts(offer: &mut Offer<Vrep>) {
         Ok(())
     };
     let number = || Param::int("parameter").text("a number from the tables of constants");
-    let kept = "Texts are only stored and returned; none has an effect.";
+    let kept = "Texts are only stored and returned; they have no effect.";
     offer.command(
         Cmd::new("sim.getObjectStringParam", get)
             .alias("sim.getObjectStringParameter")
             .old_name("simGetObjectStringParameter", NIL)
             .param(object("object"))
             .param(number())
-            .returns(Param::string("text").text("nothing if it was not set"))
-            .text("Returns a text of an object.")
+            .returns(Param::string("text").text("no value if the text was not set"))
+            .text("Returns a text parameter of an object.")
             .partial(kept),
     );
     offer.command(
@@ -134,7 +134,7 @@ fn texts(offer: &mut Offer<Vrep>) {
         .param(number())
         .param(Param::string("text"))
         .returns(Param::int("done"))
-        .text("Sets a text of an object.")
+        .text("Sets a text parameter of an object.")
         .partial(kept),
     );
 }

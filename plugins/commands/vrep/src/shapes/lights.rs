@@ -1,16 +1,16 @@
-//! Commands on lights. Values that scripts set are stored and can be read; rendered images use a fixed light.
+//! Commands on lights. Values set by scripts are only stored and returned; rendered images use a fixed light.
 
 use crate::kit::*;
 
-/// Tag under which a light's values are stored: on or off, diffuse and specular red, green and blue. Properties of the
-/// light itself take precedence.
+/// Tag under which a light's values are stored: state, diffuse red, green and blue, specular red, green and blue.
+/// Properties of a light object take precedence.
 const TAG: &str = "light";
 
-/// The default: on, and grey.
+/// Default values of a light: on, with grey colours.
 const USUAL: [f64; 7] = [1.0, 0.5, 0.5, 0.5, 0.5, 0.5, 0.5];
 
 pub(crate) fn offer(offer: &mut Offer<Vrep>) {
-    let only_kept = "Values are only stored and returned; images use their own light.";
+    let only_kept = "Values are only stored and returned; rendered images use a fixed light.";
     offer.command(
         both(["sim.getLightParameters", "simGetLightParameters"], MINUS, |c| {
             let light = light(c, living(c, 0)?.id)?;
@@ -52,12 +52,12 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             Ok(())
         })
         .param(object("light"))
-        .param(Param::int("state").optional().text("1: on; 0: off; negative: as it is"))
+        .param(Param::int("state").optional().text("1: on; 0: off; negative: unchanged"))
         .param(Param::any("reserved").optional())
         .param(Param::any("diffuse").optional().text("red, green, blue, 0 to 1"))
         .param(Param::any("specular").optional().text("likewise"))
         .returns(Param::int("result").text("1"))
-        .text("Switches a light, and sets its colours.")
+        .text("Switches a light on or off, and sets its colours.")
         .partial(only_kept),
     );
 }

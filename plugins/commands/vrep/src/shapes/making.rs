@@ -1,4 +1,4 @@
-//! Commands that create shapes and dummies, and change their mass, size and colour.
+//! Commands that create shapes and dummies, and access the mass, bounding box and colour of shapes.
 
 use crate::kit::{algebra as al, *};
 
@@ -11,7 +11,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
                 1 => ("sphere", "Sphere"),
                 2 => ("cylinder", "Cylinder"),
                 n => {
-                    return Err(Fail::unsupported(format!("there is no pure shape {n}"))
+                    return Err(Fail::unsupported(format!("there is no pure shape type {n}"))
                         .help("0: cuboid, 1: sphere, 2: cylinder"));
                 }
             };
@@ -25,12 +25,12 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         })
         .old_name("simCreatePureShape", MINUS)
         .param(Param::int("primitive").text("0: cuboid, 1: sphere, 2: cylinder"))
-        .param(Param::int("options").text("8: collides, 16: physics does not move it; others are ignored"))
+        .param(Param::int("options").text("8: respondable (collides), 16: static; other bits are ignored"))
         .param(table("sizes", "{x, y, z} full extents, m"))
         .param(Param::float("mass").unit("kg"))
         .param(Param::any("precision").optional().text("ignored: round shapes are exact"))
         .returns(Param::int("shape"))
-        .text("Creates a primitive shape, which physics moves unless the options say otherwise.")
+        .text("Creates a primitive shape, which is dynamic unless the options make it static.")
         .example("box = sim.createPureShape(0, 8, {0.1, 0.1, 0.1}, 0.5)"),
     );
     offer.command(
@@ -42,7 +42,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
                 5 => ("cylinder", "Cylinder"),
                 8 => ("capsule", "Capsule"),
                 n => {
-                    return Err(Fail::unsupported(format!("there is no primitive shape {n}"))
+                    return Err(Fail::unsupported(format!("there is no primitive shape type {n}"))
                         .help("use 1 (plane), 3 (cuboid), 4 (spheroid), 5 (cylinder) or 8 (capsule)"));
                 }
             };
@@ -52,7 +52,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         })
         .param(Param::int("primitive").text("sim.primitiveshape_..."))
         .param(table("sizes", "{x, y, z} full extents, m"))
-        .param(Param::int("options").default(0).optional().text("ignored: they concern the appearance"))
+        .param(Param::int("options").default(0).optional().text("ignored: they only affect the appearance"))
         .returns(Param::int("shape"))
         .text("Creates a primitive shape that neither moves nor collides until its parameters are changed.")
         .example("ball = sim.createPrimitiveShape(sim.primitiveshape_spheroid, {0.2, 0.2, 0.2})"),
@@ -116,7 +116,7 @@ fn facts(offer: &mut Offer<Vrep>) {
     );
     offer.command(
         Cmd::new("sim.getShapeColor", |c| {
-            let shape = colored(c)?.ok_or_else(|| Fail::missing("there is no such shape"))?;
+            let shape = colored(c)?.ok_or_else(|| Fail::missing("argument 1 does not identify an existing shape"))?;
             let rgb = match component(c.i64(2)?)? {
                 None => c.world().f64s::<3>(shape, c.plugin().p.color)?,
                 Some(tag) => match tags::private(c, shape, &tag)? {
@@ -130,7 +130,7 @@ fn facts(offer: &mut Offer<Vrep>) {
         })
         .old_name("simGetShapeColor", MINUS)
         .param(Param::any("shape").text("a handle; models from before 3.1.4 may put `@backCompatibility1:` before it"))
-        .param(Param::any("colorName").optional().text("ignored: a shape has one colour"))
+        .param(Param::any("colorName").optional().text("ignored: a shape has a single colour"))
         .param(
             Param::int("component")
                 .text("sim.colorcomponent_...; all except ambient and diffuse are stored, but not drawn"),
@@ -145,7 +145,7 @@ fn facts(offer: &mut Offer<Vrep>) {
             let Some(shape) = colored(c)? else { return done(c) };
             let what = component(c.i64(2)?)?;
             if let Some(tag) = what {
-                // A single number is enough, as for transparency.
+                // Components such as transparency consist of a single number.
                 let given: Vec<f64> = (0..3).map(|i| element(c.arg(3), i).unwrap_or(0.0)).collect();
                 tags::set_private(c, shape, &tag, Some(&tables::pack(&Value::Floats(given))?))?;
                 return done(c);
@@ -156,7 +156,7 @@ fn facts(offer: &mut Offer<Vrep>) {
         })
         .old_name("simSetShapeColor", MINUS)
         .param(Param::any("shape").text("a handle; models from before 3.1.4 may put `@backCompatibility1:` before it"))
-        .param(Param::any("colorName").optional().text("ignored: a shape has one colour"))
+        .param(Param::any("colorName").optional().text("ignored: a shape has a single colour"))
         .param(
             Param::int("component")
                 .text("sim.colorcomponent_...; all except ambient and diffuse are stored, but not drawn"),
@@ -167,8 +167,8 @@ fn facts(offer: &mut Offer<Vrep>) {
     );
 }
 
-/// Returns the shape of argument 0: a handle, or the text by which models before 3.1.4 request old behaviour, followed
-/// by a handle. Returns `None` for that text with the handle of no object.
+/// Returns the shape in argument 0, which is a handle, or a handle after a prefix by which models from before V-REP
+/// 3.1.4 request old behaviour. Returns `None` if the handle after the prefix is not positive.
 fn colored(c: &Ctx<'_>) -> Result<Option<tatu_object>> {
     let Some(text) = c.arg(0).as_str() else { return of_kind(c, 0, TATU_KIND_SHAPE).map(Some) };
     let handle = text.rsplit_once(':').map_or(&*text, |(_, n)| n);
@@ -182,23 +182,23 @@ fn colored(c: &Ctx<'_>) -> Result<Option<tatu_object>> {
     if is_shape { Ok(Some(o.id)) } else { Err(Fail::argument(format!("object {id} is not a shape"))) }
 }
 
-/// Returns the tag that stores a colour component that is not drawn (specular, emission, transparency, auxiliary), or
-/// `None` for ambient and diffuse, which are the colour itself.
+/// Returns the tag under which a colour component that is not rendered (specular, emission, transparency, auxiliary) is
+/// stored, or `None` for ambient and diffuse, which are the shape's colour.
 fn component(n: i64) -> Result<Option<String>> {
     match n {
         0 | 1 => Ok(None),
         2..=5 => Ok(Some(format!("color {n}"))),
-        _ => Err(Fail::argument(format!("shapes have no colour component {n}: expected 0 to 5"))),
+        _ => Err(Fail::argument(format!("argument 3: expected a colour component from 0 to 5, found {n}"))),
     }
 }
 
-/// Returns the three numbers of a stored component.
+/// Returns the three values of a stored component.
 fn kept_rgb(v: &Value) -> [f64; 3] {
     let Value::List(all) = v else { return [0.0; 3] };
     std::array::from_fn(|i| if let Some(Value::Float(x)) = all.get(i) { *x } else { 0.0 })
 }
 
-/// Raises a mass to the minimum that physics can handle.
+/// Returns `mass`, but at least 1e-7 kg, the minimum that physics can handle.
 fn positive(mass: f64) -> f64 {
     mass.max(1e-7)
 }

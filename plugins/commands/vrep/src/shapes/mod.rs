@@ -1,4 +1,4 @@
-//! Commands on shapes, dummies and lights: creating them, and their appearance.
+//! Commands on shapes, dummies and lights: their creation and appearance.
 
 mod appearance;
 mod lights;

@@ -1,4 +1,4 @@
-//! Commands on communication tubes: packets between two scripts, in order.
+//! Commands on communication tubes, which transfer packets between two scripts in order.
 
 use crate::{kit::*, state::state};
 
@@ -11,7 +11,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             Ok(())
         })
         .old_name("simTubeOpen", MINUS)
-        .param(Param::int("header").text("any number; together with the name it identifies the partner"))
+        .param(Param::int("header").text("any number, which identifies the tube together with the name"))
         .param(Param::string("name"))
         .param(
             Param::int("readBufferSize")
@@ -21,7 +21,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         )
         .param(Param::any("unused").optional())
         .returns(Param::int("tube").text("-1: both ends are taken"))
-        .text("Opens one end of a tube; the second script that asks for it gets the other end.")
+        .text("Opens one end of a tube; the second script that opens it gets the other end.")
         .example("tube = sim.tubeOpen(0, 'robot_2D_SCANNER_DATA', 1)"),
     );
     offer.command(
@@ -35,15 +35,15 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .param(Param::int("tube"))
         .param(Param::string("data").text("any bytes"))
         .returns(Param::int("sent").text("1; 0: the other end is not open"))
-        .text("Sends a packet to the other end of a tube; without a partner it is silently lost.")
+        .text("Sends a packet to the other end of a tube; without a partner, the packet is silently lost.")
         .example("sim.tubeWrite(tube, sim.packFloatTable(points))"),
     );
     offer.command(
         Cmd::new("sim.tubeRead", read)
             .old_name("simTubeRead", NIL)
             .param(Param::int("tube"))
-            .param(Param::any("blocking").optional().text("true: waits for a packet, where waiting is possible"))
-            .returns(Param::string("data").text("nothing if no packet waits"))
+            .param(Param::any("blocking").optional().text("true: waits for a packet if the caller can wait"))
+            .returns(Param::string("data").text("no value if no packet is available"))
             .text("Removes and returns the oldest packet at this end of a tube.")
             .example("data = sim.tubeRead(tube)"),
     );
@@ -60,10 +60,10 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         })
         .old_name("simTubeStatus", NIL)
         .param(Param::int("tube"))
-        .returns(Param::int("connected").text("1 or 0; nothing if there is no such tube"))
+        .returns(Param::int("connected").text("1 or 0; no value if there is no such tube"))
         .returns(Param::int("readable").text("packets waiting at this end"))
         .returns(Param::int("written").text("packets waiting at the other end"))
-        .text("Returns whether a tube has a partner, and how many packets wait.")
+        .text("Returns whether a tube has a partner, and how many packets are waiting.")
         .example("connected = sim.tubeStatus(tube)"),
     );
     offer.command(
@@ -82,7 +82,8 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
 }
 
 fn read(c: &mut Ctx<'_>) -> Result<Outcome> {
-    // When the command is called again after a wait, the word is the tube's number plus one.
+    // After a wait, the command is called again with the word passed to it: the tube's number plus one, as 0 means no
+    // wait.
     let tube = match c.resumed() {
         0 => c.i64(0)?,
         word => word as i64 - 1,

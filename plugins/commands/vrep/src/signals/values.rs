@@ -1,8 +1,8 @@
-//! Commands on signals: named values of the world, in one namespace per kind.
+//! Commands on signals: named values of the world, with a separate namespace per kind.
 
 use crate::kit::*;
 
-/// Kinds of signals, with the numbers that `getSignalName` uses.
+/// Kinds of signals (integer, float, string), numbered as in `getSignalName`.
 pub(crate) const KINDS: [u32; 3] = [0, 1, 2];
 
 const INTEGER: u32 = KINDS[0];
@@ -23,18 +23,18 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             Ok(())
         })
         .old_name("simGetSignalName", NIL)
-        .param(Param::int("index").text("from 0, in order of names"))
+        .param(Param::int("index").text("from 0, in the order of the names"))
         .param(Param::int("type").text("0: integer, 1: float, 2: string"))
-        .returns(Param::string("name").text("nothing past the end"))
-        .text("Returns the name of one of the signals that are set.")
+        .returns(Param::string("name").text("no value past the last signal"))
+        .text("Returns the name of a signal that is set, by index.")
         .example("name = sim.getSignalName(0, 1)"),
     );
 }
 
-/// The names of one command: the current one, the flat one, and a further one that is still accepted.
+/// The names of a command: the current one, the flat one, and an alias that is still accepted.
 type Names = (&'static str, &'static str, Option<&'static str>);
 
-/// Names of the commands that set, get and clear a signal, by kind.
+/// Names of the commands that set, get and clear an integer signal; below, those for the other kinds.
 const INT32: [Names; 3] = [
     ("sim.setInt32Signal", "simSetIntegerSignal", Some("sim.setIntegerSignal")),
     ("sim.getInt32Signal", "simGetIntegerSignal", Some("sim.getIntegerSignal")),
@@ -51,7 +51,7 @@ const STRING: [Names; 3] = [
     ("sim.clearStringSignal", "simClearStringSignal", Some("sim.clearBufferSignal")),
 ];
 
-/// Adds the three commands of a kind; `word` names it in texts.
+/// Adds the three commands for a kind of signal; `word` is the name of the kind in descriptions.
 fn kind(offer: &mut Offer<Vrep>, kind: u32, word: &str, names: &'static [Names; 3], value: Param) {
     let [set, get, clear] = names;
     let named = |(name, flat, other): &Names, on_error: [Value; 1], run: fn(&mut Ctx<'_>, u32) -> Result| {
@@ -83,7 +83,7 @@ fn kind(offer: &mut Offer<Vrep>, kind: u32, word: &str, names: &'static [Names; 
             if !v.is_nil() {
                 c.ret(v);
             } else if c.world().stands_in(0, &format!("signal {kind} {}", c.text(0)?)) {
-                // Return a neutral value if there is no scene that would set the signal.
+                // In a run without a scene, a neutral value stands in for the missing signal.
                 match kind {
                     0 => c.ret(1_i64),
                     1 => c.ret(1.0),
@@ -93,7 +93,7 @@ fn kind(offer: &mut Offer<Vrep>, kind: u32, word: &str, names: &'static [Names; 
             Ok(())
         })
         .param(Param::string("name"))
-        .returns(value.text("nothing if the signal is not set"))
+        .returns(value.text("no value if the signal is not set"))
         .text(format!("Returns the {word} signal with this name."))
         .example(format!("v = {}('state')", get.0)),
     );
@@ -109,7 +109,7 @@ fn kind(offer: &mut Offer<Vrep>, kind: u32, word: &str, names: &'static [Names; 
             Ok(())
         })
         .param(Param::string("name").optional().text("nil: all of them"))
-        .returns(Param::int("count").text("how many were set"))
+        .returns(Param::int("count").text("the number of signals removed"))
         .text(format!("Removes the {word} signal with this name."))
         .example(format!("{}('state')", clear.0)),
     );

@@ -38,19 +38,19 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .param(Param::float("persistence").unit("s").default(0.0).optional().text("0: one step"))
         .returns(Param::int("done"))
         .text("Sends data to scripts whose antenna is in range.")
-        .partial("It is sent in all directions, whatever the emission angles."),
+        .partial("Data is sent in all directions, regardless of the emission angles."),
     );
     offer.command(
         both(["sim.receiveData", "simReceiveData"], NIL, receive)
             .param(Param::int("header").default(-1).optional().text("-1: any"))
             .param(Param::string("name").optional().text("nil: any"))
             .param(Param::int("antenna").default(HANDLE_SELF).optional())
-            .param(Param::int("index").default(-1).optional().text("-1: the first that was not read yet"))
-            .returns(Param::string("data").text("nothing at all if there is none"))
+            .param(Param::int("index").default(-1).optional().text("-1: the first one that has not been read yet"))
+            .returns(Param::string("data").text("no values if there is no data"))
             .returns(Param::int("sender").text("the script"))
             .returns(Param::int("header"))
             .returns(Param::string("name"))
-            .text("Receives data that was sent."),
+            .text("Returns data that was sent by `sim.sendData`."),
     );
     offer.command(
         Cmd::new("sim.broadcastMsg", |c| {
@@ -58,9 +58,9 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             let message = [c.arg(0), handle_value(handle(me))];
             c.world().broadcast("msg", &message, me)
         })
-        .param(Param::map("message").text("a table with keys; `id` says what it is about"))
+        .param(Param::map("message").text("a table with string keys; `id` states the subject"))
         .param(Param::int("options").default(0).optional().text("ignored"))
-        .text("Immediately calls `sysCall_msg` with a message in all other scripts."),
+        .text("Immediately calls `sysCall_msg` of all other scripts with a message."),
     );
 }
 

@@ -1,11 +1,11 @@
-//! Parameters of the simulator by number, as in `sim.getInt32Param(sim.intparam_program_version)`.
+//! Commands on parameters of the simulator by number, as in `sim.getInt32Param(sim.intparam_program_version)`.
 //!
-//! A read-only parameter may be "set" to the value that it has.
+//! Setting a read-only parameter to its current value is not an error.
 
 use crate::{kit::*, state::state};
 
-/// The parameters of one type: its name, the names of its two commands (the current one, the previous one, the flat
-/// ones), one of its parameters for the example, and the functions that read and set.
+/// The parameters of one type: the name of the type, the names of the getter and setter, a parameter for the example,
+/// and the functions that read and set parameters.
 struct Family {
     name: &'static str,
     getter: Names,
@@ -15,10 +15,10 @@ struct Family {
     set: Option<Set>,
 }
 
-/// The name of a command, its previous name, and the flat ones.
+/// The current name of a command, the previous one, and the flat ones.
 type Names = (&'static str, &'static str, &'static [&'static str]);
 type Get = fn(&Ctx<'_>, i64) -> Result<Option<Value>>;
-/// Sets a parameter; returns whether the parameter can be set.
+/// A function that sets a parameter, and returns whether the parameter can be set.
 type Set = fn(&Ctx<'_>, i64) -> Result<bool>;
 
 const FAMILIES: [Family; 5] = [
@@ -74,9 +74,9 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             c.ret(x);
             Ok(())
         })
-        .param(Param::any("seed").optional().text("ignored: the scene's seed counts"))
+        .param(Param::any("seed").optional().text("ignored: the scene's seed is used"))
         .returns(Param::float("x").text("0 <= x < 1"))
-        .text("Returns a random number; the numbers are the same in every run of a scene and seed.")
+        .text("Returns a random number; the sequence is the same in every run with the same scene and seed.")
         .example("x = sim.getRandom()"),
     );
 }
@@ -132,7 +132,7 @@ fn get_and_set(offer: &mut Offer<Vrep>, family: &'static Family) {
     );
 }
 
-/// Stores a parameter that has no effect here, so that it is read back as it was set.
+/// Stores a parameter that has no effect here, so that scripts can read the value that was set.
 fn remember(c: &Ctx<'_>, family: &Family, n: i64, is: &Value, wanted: &Value) -> Result {
     if FIXED.iter().any(|(name, all)| *name == family.name && all.contains(&n)) {
         return Err(Fail::unsupported(format!("parameter {n} is read-only")));
@@ -144,7 +144,7 @@ fn remember(c: &Ctx<'_>, family: &Family, n: i64, is: &Value, wanted: &Value) ->
     tags::set_private(c, 0, &format!("{} {n}", family.name), Some(&tables::pack(&wanted)?))
 }
 
-/// Parameters that are read-only.
+/// Types of parameters, each with the numbers of its read-only parameters.
 const FIXED: &[(&str, &[i64])] =
     &[("Bool", &[34]), ("Int32", &[1, 2, 4, 19, 23, 26, 30, 39]), ("Float", &[0]), ("String", &[0, 13, 14, 15])];
 
@@ -156,7 +156,7 @@ fn read(c: &Ctx<'_>, family: &Family) -> Result<Value> {
     (family.get)(c, n)?.ok_or_else(|| Fail::unsupported(format!("there is no parameter {n} of this type")))
 }
 
-/// Returns whether two values are equal; booleans are compared by truth, as scripts see them.
+/// Returns whether two values are equal; a boolean is compared with the truth of the other value.
 fn same(is: &Value, wanted: &Value) -> bool {
     match is {
         Value::Bool(b) => *b == !matches!(wanted, Value::Nil | Value::Bool(false)),
@@ -194,7 +194,7 @@ fn get_int(c: &Ctx<'_>, n: i64) -> Result<Option<Value>> {
                 2
             }
         }
-        // Revision, compilation type, visible page, engine, ports of remote services; all others are 0.
+        // Revision, compilation type, visible page, engine, ports of remote services; all other parameters are 0.
         4 => 2,
         8 => 0,
         9 => 19_997,
@@ -207,7 +207,7 @@ fn get_int(c: &Ctx<'_>, n: i64) -> Result<Option<Value>> {
 
 fn set_int(c: &Ctx<'_>, n: i64) -> Result<bool> {
     if n == 0 {
-        // The mode is stored only so that scripts can restore it; errors are reported in any case.
+        // The error reporting mode is stored only so that scripts can restore it; errors are always reported.
         let mode = c.i64(1)?;
         state(c)?.error_report_mode = mode;
     }
@@ -264,7 +264,7 @@ fn set_array(c: &Ctx<'_>, n: i64) -> Result<bool> {
     Ok(n == 0)
 }
 
-/// Returns the next random number of the world.
+/// Returns the next random number of the world, 0 <= x < 1.
 fn random(c: &Ctx<'_>) -> Result<f64> {
     let seed = int_of(c, 0, c.plugin().p.seed)? as u64;
     let mut state = state(c)?;

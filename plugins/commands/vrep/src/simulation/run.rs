@@ -1,4 +1,4 @@
-//! Commands on the simulation: time, state, start and stop.
+//! Commands on the simulation: its time and state, starting and stopping it.
 
 use crate::kit::*;
 
@@ -58,10 +58,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         })
         .old_name("simGetRealTimeSimulation", MINUS)
         .returns(Param::int("on").text("0"))
-        .text(
-            "Returns whether the simulation keeps pace with a clock: this is hidden from scripts, so that runs are \
-             repeatable.",
-        )
+        .text("Returns 0: real-time simulation is hidden from scripts, so that runs are reproducible.")
         .example("on = sim.getRealTimeSimulation()"),
     );
     for (names, what, text) in [
@@ -80,7 +77,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             TATU_REQUEST_STOP,
             "Requests that the simulation stop: two more steps follow, in which scripts can detect it.",
         ),
-        (["sim.quitSimulator", "simQuitSimulator"], TATU_REQUEST_QUIT, "Requests that the program end."),
+        (["sim.quitSimulator", "simQuitSimulator"], TATU_REQUEST_QUIT, "Requests that the program exit."),
     ] {
         offer.command(
             both(names, MINUS, move |c| {
@@ -97,9 +94,9 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             .alias("sim.getPluginName")
             .old_name("simGetModuleName", NIL)
             .param(Param::int("index").text("from 0"))
-            .returns(Param::string("name").text("nothing past the end"))
-            .text("Returns the name of a loaded V-REP plugin, of which there are none.")
-            .partial("There are no plugins of the original's kind: the list is empty."),
+            .returns(Param::string("name").text("no value past the end"))
+            .text("Returns the name of a loaded V-REP plugin; no such plugins exist.")
+            .partial("Plugins of the original are not supported, so the list is empty."),
     );
     offer.command(
         Cmd::new("sim.getSystemTime", |c| {
@@ -110,8 +107,8 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .old_name("simGetSystemTime", NIL)
         .returns(Param::float("time").unit("s"))
         .text(
-            "Returns the simulation time instead of the clock's, so that runs are reproducible; in real time, the \
-             clock's.",
+            "Returns the simulation time instead of the clock's time, so that runs are reproducible; in real time, \
+             returns the clock's time.",
         )
         .example("t = sim.getSystemTime()"),
     );
@@ -125,14 +122,14 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         })
         .old_name("simGetSystemTimeInMs", MINUS)
         .old_name("simGetSystemTimeInMilliseconds", MINUS)
-        .param(Param::int("since").default(-1).optional().text("an earlier time; -1 or -2: none"))
+        .param(Param::int("since").default(-1).optional().text("an earlier time; -1 or -2: no such time"))
         .returns(Param::int("time").text("ms"))
-        .text("Returns the simulation time in milliseconds, in place of a clock's, or the time since an earlier one.")
+        .text("Returns the simulation time in milliseconds instead of a clock's, or the time elapsed since `since`.")
         .example("elapsed = sim.getSystemTimeInMs(before)"),
     );
 }
 
-/// Returns the phase of the world, in the original's numbers.
+/// Returns the phase of the world as the original's simulation state.
 pub(crate) fn state_now(c: &Shared<'_>) -> Result<i64> {
     Ok(match int_of(c, 0, c.plugin().p.phase)? as u32 {
         TATU_PHASE_FIRST => 16,

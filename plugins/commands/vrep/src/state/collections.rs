@@ -1,22 +1,22 @@
-//! Collections: sets of objects under one handle.
+//! Collections, which are sets of objects with a common handle.
 
 use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 use tatu_plugin_api::abi::tatu_object;
 
-/// First handle of collections, above those of objects that a scene is likely to have.
+/// First handle of a collection, above the handles of objects in any realistic scene.
 pub(crate) const FIRST: i64 = 0xE_0000;
 
-/// A collection.
+/// A collection with its name and the parts that define its objects.
 #[derive(Serialize, Deserialize, Clone, Default)]
 pub(crate) struct Collection {
     pub(crate) name: String,
     pub(crate) parts: Vec<Part>,
 }
 
-/// A part of a collection: the set of objects, the object that it is relative to, whether it is subtracted, and whether
-/// it excludes that object.
+/// A part of a collection: the set of objects, the object to which the set is relative, whether the set is subtracted,
+/// and whether it excludes that object.
 #[derive(Serialize, Deserialize, Clone)]
 pub(crate) struct Part {
     pub(crate) what: i64,

@@ -1,4 +1,4 @@
-//! Auxiliary consoles: printed text is buffered up to the end of a line.
+//! Auxiliary consoles, which buffer printed text up to the end of a line.
 
 use std::collections::BTreeMap;
 
@@ -20,7 +20,7 @@ struct Console {
     line: Vec<u8>,
 }
 
-/// Longer lines are split: some scripts print numbers for hours without a line feed.
+/// Maximum length of a line, in bytes; longer lines are split, because some scripts never print a line feed.
 const LONGEST_LINE: usize = 1000;
 
 impl Console {
@@ -89,7 +89,7 @@ mod tests {
         let a = consoles.open(b"A".to_vec());
         assert!(consoles.print(a, Some(b"S["), &mut tell));
         assert!(consoles.print(a, Some(b"1] \nnext"), &mut tell));
-        assert!(consoles.print(a, None, &mut tell), "nil empties it");
+        assert!(consoles.print(a, None, &mut tell), "nil clears the console");
         assert!(consoles.print(a, Some(b"rest"), &mut tell));
         assert!(consoles.close(a, &mut tell));
         assert!(!consoles.print(a, Some(b"x\n"), &mut tell));

@@ -1,16 +1,16 @@
-//! The open dialogs.
+//! Open dialogs.
 
 use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
-/// A dialog.
+/// An open dialog.
 #[derive(Serialize, Deserialize, Clone)]
 pub(crate) struct Dialog {
     pub(crate) style: i64,
     pub(crate) text: Vec<u8>,
     pub(crate) opened: i64,
-    /// Whether a view shows it, so that it waits for an answer.
+    /// Whether a view shows the dialog, which then waits for the user's answer.
     pub(crate) attended: bool,
     /// The answer, or 0 if there is none yet.
     pub(crate) result: i64,

@@ -5,16 +5,16 @@ use std::collections::{BTreeMap, VecDeque};
 use serde::{Deserialize, Serialize};
 use tatu_plugin_api::abi::tatu_object;
 
-/// Most messages queued per script; the oldest are dropped.
+/// Maximum number of queued messages; the oldest ones are dropped.
 const ROOM: usize = 64;
 
-/// The last messages, and how many each script has read.
+/// The last messages, and the number of messages that each script has read.
 #[derive(Default, Clone, PartialEq, Debug, Serialize, Deserialize)]
 pub(crate) struct Messages {
     pub(crate) last: VecDeque<(i64, [i64; 4])>,
     pub(crate) sent: u64,
     pub(crate) taken: BTreeMap<tatu_object, u64>,
-    /// Number of outside inputs processed so far.
+    /// Number of external inputs processed so far.
     pub(crate) inputs: u64,
 }
 

@@ -1,5 +1,5 @@
-//! State of the plugin per world: plain data, with a separate file for everything that is more than a number. No file
-//! here depends on a command.
+//! State of the plugin per world, as plain data; anything more complex than a number has its own file. These files do
+//! not depend on commands.
 
 pub(crate) mod collections;
 pub(crate) mod consoles;
@@ -30,7 +30,7 @@ use self::{
     profiles::Profiles, registered::Registered, tubes::Tubes, wireless::InTransit,
 };
 
-/// The plugin's instance in a world. Commands can call each other: borrow it briefly, never across a call to the host.
+/// The plugin's state in a world. Commands can call each other, so a borrow must not be held across a call to the host.
 pub struct State(RefCell<Inner>);
 
 /// The data behind the `RefCell`.
@@ -45,13 +45,13 @@ pub(crate) struct Inner {
     pub(crate) consoles: Consoles,
     pub(crate) tubes: Tubes,
     pub(crate) messages: Messages,
-    /// Suffixes that scripts chose with `setNameSuffix`.
+    /// Suffixes that scripts have set with `setNameSuffix`.
     pub(crate) suffixes: BTreeMap<tatu_object, i64>,
-    /// Script simulation parameters: script and name.
+    /// Simulation parameters of scripts, by script and name.
     pub(crate) parameters: BTreeMap<(tatu_object, Vec<u8>), Vec<u8>>,
-    /// Names of signals that scripts wait for.
+    /// Names of the signals for which threads wait, by resume word.
     pub(crate) waits: BTreeMap<u64, Vec<u8>>,
-    /// Number of random numbers drawn.
+    /// Number of random numbers returned so far.
     pub(crate) drawn: u64,
     pub(crate) error_report_mode: i64,
     pub(crate) selection: Vec<tatu_object>,
@@ -64,10 +64,11 @@ pub(crate) struct Inner {
     pub(crate) seen: AllSeen,
     /// Working images, by vision sensor.
     pub(crate) work: BTreeMap<tatu_object, Work>,
-    /// Active motions by number, and how many were started.
+    /// Active motions by number; below, the number of motions started so far.
     pub(crate) motions: BTreeMap<i64, Motion>,
     pub(crate) moved: i64,
-    /// Objects that follow a path: object, path, what is applied, position along it, velocity.
+    /// Objects that follow a path: object, path, components to apply (1: position, 2: orientation), fraction of the
+    /// path, velocity (m/s).
     pub(crate) follows: BTreeMap<i64, (tatu_object, tatu_object, i64, f64, f64)>,
 }
 
@@ -76,16 +77,16 @@ impl State {
         State(RefCell::new(Inner::new(Some(host))))
     }
 
-    /// Serializes everything, for a snapshot.
+    /// Serializes the state for a snapshot.
     pub(crate) fn save(&self) -> Result<Vec<u8>> {
         let inner = self.0.try_borrow().map_err(|_| busy())?;
-        postcard::to_stdvec(&*inner).map_err(|e| Fail::new(format!("its state could not be saved: {e}")))
+        postcard::to_stdvec(&*inner).map_err(|e| Fail::new(format!("the state could not be saved: {e}")))
     }
 
     /// Restores the state from a snapshot.
     pub(crate) fn load(&self, bytes: &[u8]) -> Result<()> {
         let mut new: Inner =
-            postcard::from_bytes(bytes).map_err(|e| Fail::new(format!("its saved state is damaged: {e}")))?;
+            postcard::from_bytes(bytes).map_err(|e| Fail::new(format!("the saved state is damaged: {e}")))?;
         let mut inner = self.0.try_borrow_mut().map_err(|_| busy())?;
         new.host = inner.host;
         *inner = new;
@@ -123,7 +124,7 @@ impl Inner {
     }
 }
 
-/// Closes the consoles of scripts when a simulation ends; an incomplete line of a console is logged then.
+/// Closes the consoles of scripts at the end of a simulation; incomplete lines are logged.
 impl Drop for Inner {
     fn drop(&mut self) {
         let Some(host) = self.host else { return };
@@ -137,8 +138,8 @@ fn busy() -> Fail {
     Fail::with_code(TATU_ERR_BUSY, "the state of the commands is in use by an outer call")
 }
 
-/// Borrows the instance of the caller's world. The host does not report when a simulation starts: a step number lower
-/// than the last one means a new simulation.
+/// Borrows the state of the caller's world. The host does not report the start of a simulation, so the state is reset
+/// when the step number is lower than in the last call.
 pub(crate) fn state<'a>(c: &Ctx<'a>) -> Result<RefMut<'a, Inner>> {
     let step = int_of(c, 0, c.plugin().p.step)?;
     let mut inner = c.instance().0.try_borrow_mut().map_err(|_| busy())?;

@@ -5,7 +5,7 @@ use tatu_plugin_api::abi::{tatu_func, tatu_object};
 
 use crate::{kit::algebra::Pose, motion::profile::Profile};
 
-/// The objects that a motion moves.
+/// The object or joints moved by a motion.
 #[derive(Serialize, Deserialize, Clone)]
 pub(crate) enum Mover {
     Joints(Vec<tatu_object>),
@@ -20,7 +20,7 @@ pub(crate) enum Mover {
     Nothing,
 }
 
-/// The function that is called after each step.
+/// The function that a motion calls after each step.
 #[derive(Serialize, Deserialize, Clone)]
 pub(crate) enum Listener {
     Nobody,
@@ -48,6 +48,6 @@ pub(crate) struct Motion {
     pub(crate) mover: Mover,
     pub(crate) listener: Listener,
     pub(crate) answer: Answer,
-    /// Last argument of the callback, packed.
+    /// The last argument of the callback, packed.
     pub(crate) data: Vec<u8>,
 }

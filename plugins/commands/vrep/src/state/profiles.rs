@@ -1,4 +1,4 @@
-//! Motion profiles under a handle.
+//! Motion profiles, by handle.
 
 use std::collections::BTreeMap;
 

@@ -1,8 +1,8 @@
-//! Registrations of V-REP scenes beside their objects, as the importer stores them in the scene: collections, collision
-//! and distance objects, groups for inverse kinematics, windows of buttons.
+//! Entities of V-REP scenes that are not objects, as stored in the scene by the importer: collections, collision and
+//! distance objects, groups for inverse kinematics, windows of buttons.
 //!
-//! They are one JSON text under the tag `registered` of the scene's data; objects have the tag `handle`, by which that
-//! text refers to them.
+//! They form a JSON text under the tag `registered` of the scene's data. It refers to objects by their handles in the
+//! original file, which each object stores under the tag `handle`.
 
 use std::collections::BTreeMap;
 
@@ -14,9 +14,9 @@ use super::{
 };
 use crate::kit::*;
 
-/// Tag in the scene's data.
+/// Tag of the JSON text in the scene's data.
 const TAG: &str = "registered";
-/// Tag of the objects that the text refers to.
+/// Tag of an object's handle in the original file.
 const HANDLE: &str = "handle";
 
 #[derive(Deserialize, Default)]
@@ -42,7 +42,7 @@ struct Item {
     remove: bool,
 }
 
-/// A registration with only a name and a handle.
+/// A registration that consists of a name and a handle.
 #[derive(Serialize, Deserialize, Clone)]
 pub(crate) struct Named {
     pub(crate) name: String,
@@ -54,14 +54,14 @@ pub(crate) struct Named {
 pub(crate) struct Pair {
     pub(crate) name: String,
     pub(crate) handle: i64,
-    /// Handles in the file: -1 for all objects, a collection, or an object.
+    /// The two entities, as handles in the file: a collection, an object, or -1 for all objects.
     pub(crate) of: [i64; 2],
-    /// Greatest distance that is computed, m; 0 for no limit.
+    /// Maximum distance that is computed, m; 0: no limit.
     pub(crate) threshold: f64,
     pub(crate) explicit: bool,
 }
 
-/// The result of the last check of a pair.
+/// The result of the last evaluation of a pair.
 #[derive(Serialize, Deserialize, Clone, Copy)]
 pub(crate) struct Found {
     pub(crate) length: f64,
@@ -82,7 +82,7 @@ pub(crate) struct Registered {
 }
 
 impl Registered {
-    /// Returns the object of a handle in the file, or 0 if it does not exist.
+    /// Returns the object with the given handle in the file, or 0 if there is none.
     pub(crate) fn object(&self, handle: i64) -> tatu_object {
         self.objects.get(&handle).copied().unwrap_or(0)
     }
@@ -113,7 +113,7 @@ pub(crate) fn read(c: &Ctx<'_>) -> Result<(Registered, Vec<FromFile>)> {
         };
         Part { what, object: registered.object(item.object), remove: item.remove, exclude }
     };
-    // Leave out items whose object no longer exists; `handle_all` needs none.
+    // Skip parts whose object no longer exists; `handle_all` does not refer to an object.
     let there = |p: &Part| p.object != 0 || p.what == HANDLE_ALL;
     let from_file = |k: &CollectionText| {
         let parts = k.items.iter().map(part).filter(there).collect();

@@ -1,4 +1,4 @@
-//! Communication tubes: packets between two scripts, in order.
+//! Communication tubes, which transfer packets between two scripts in order.
 
 use std::collections::VecDeque;
 
@@ -20,7 +20,7 @@ struct Tube {
 
 #[derive(Default, Clone, PartialEq, Debug, Serialize, Deserialize)]
 struct End {
-    /// Handles are 0, 2, 4, ...; `None` while no script has opened this end.
+    /// The handle of this end (0, 2, 4, ...), or `None` while no script has opened it.
     handle: Option<i64>,
     room: usize,
     packets: VecDeque<Vec<u8>>,
@@ -43,7 +43,7 @@ impl Tubes {
         self.next += 2;
         end.handle
     }
-    /// Returns the tube of a handle, and which of its ends it is.
+    /// Returns the tube to which a handle belongs, and the index of its end.
     fn find(&mut self, handle: i64) -> Option<(&mut Tube, usize)> {
         self.tubes.iter_mut().find_map(|t| {
             let end = t.ends.iter().position(|e| e.handle == Some(handle))?;
@@ -73,7 +73,7 @@ impl Tubes {
         let (here, there) = (&tube.ends[end], &tube.ends[1 - end]);
         Some((there.handle.is_some(), here.packets.len(), there.packets.len()))
     }
-    /// Closes an end. Packets written before remain readable at the other end.
+    /// Closes an end. Packets that were sent before can still be read at the other end.
     pub(crate) fn close(&mut self, handle: i64) -> bool {
         let Some((tube, end)) = self.find(handle) else {
             return false;

@@ -1,13 +1,14 @@
-//! What views get of windows of buttons, in the event `ui.window`.
+//! Publishes windows of buttons to views, in the event `ui.window`.
 
 use super::windows::{Button, SLIDER_END, Window, bits};
 use crate::kit::*;
 
 /// The event that publishes windows to views.
 const EVENT: &str = "ui.window";
-/// The command by which views report what a user did.
+/// The command by which views report user actions.
 pub(crate) const ACT: &str = "tatu.actOnButtons";
-/// Words of labels that stand for a drawing, and what is shown in its place. Files have `Check` on the buttons that close.
+/// Words in labels that represent a drawing, and the text that replaces them. In files, buttons that close a window are
+/// labelled `Check`.
 const SIGNS: &[(&str, &str)] = &[
     ("ArrowRight", "\u{2192}"),
     ("ArrowLeft", "\u{2190}"),
@@ -29,8 +30,8 @@ fn ints(all: &[i64]) -> Value {
     Value::List(all.iter().map(|x| Value::Int(*x)).collect())
 }
 
-/// Returns the text of a label without its marks, and the color that they name: `&&fg900` makes it red, `&&n` breaks the
-/// line, `&&Box` draws a square.
+/// Returns the text of a label without its marks, and the colour that they specify: `&&fg900` sets the text colour to
+/// red, `&&n` breaks the line, `&&Box` draws a square.
 fn plain(label: &str) -> (String, Option<String>) {
     let mut parts = label.split("&&");
     let mut text = parts.next().unwrap_or("").to_owned();
@@ -57,12 +58,12 @@ fn plain(label: &str) -> (String, Option<String>) {
     (text, color)
 }
 
-/// Returns a color as views read it.
+/// Returns a colour in the form that views read, from components from 0 to 1.
 fn rgb(parts: impl Iterator<Item = f64>) -> String {
     parts.fold("#".to_owned(), |all, x| format!("{all}{:02x}", (x.clamp(0.0, 1.0) * 255.0).round() as u8))
 }
 
-/// Returns the element that a button is for views, and its values.
+/// Returns the type of element by which views represent a button, and the element's values.
 fn widget(w: &Window, b: &Button) -> (&'static str, Value) {
     let hidden = is_rolled_up(w, b);
     let (text, color) = plain(b.label());
@@ -110,12 +111,13 @@ fn widget(w: &Window, b: &Button) -> (&'static str, Value) {
     (element, Value::Map(values.into_iter().map(|(k, v)| (Value::text(k), v)).collect()))
 }
 
-/// Whether a button is out of sight because its window is rolled up, which leaves the first row.
+/// Returns whether a button is hidden because its window is rolled up, which leaves only the first row visible.
 fn is_rolled_up(w: &Window, b: &Button) -> bool {
     w.attributes & bits::ROLLED_UP != 0 && b.cells[3] > 0
 }
 
-/// Returns the widgets of a window: itself, then its buttons in order. `object`: what it belongs to, or 0.
+/// Returns the widgets of a window: the window itself, then its buttons in order. `object` is the object to which the
+/// window belongs, or 0.
 fn widgets(w: &Window, object: i64) -> Value {
     let one = |element: &str, above: Value, values: Value| {
         map([("element", Value::text(element)), ("above", above), ("values", values)])
@@ -135,19 +137,19 @@ fn widgets(w: &Window, object: i64) -> Value {
     Value::List(std::iter::once(one("ui", Value::Nil, window)).chain(buttons).collect())
 }
 
-/// Publishes an event on a window.
+/// Publishes an event about a window.
 pub(crate) fn publish<const N: usize>(c: &Ctx<'_>, window: i64, rest: [(&str, Value); N]) -> Result {
     let mut all = vec![(Value::text("window"), Value::Int(window)), (Value::text("act"), Value::text(ACT))];
     all.extend(rest.into_iter().map(|(k, v)| (Value::text(k), v)));
     c.world().publish_value(EVENT, &Value::Map(all))
 }
 
-/// Publishes a whole window, new or changed. `object`: what it belongs to, or 0.
+/// Publishes a whole window, new or changed. `object` is the object to which the window belongs, or 0.
 pub(crate) fn publish_window(c: &Ctx<'_>, window: &Window, object: tatu_object) -> Result {
     publish(c, window.handle, [("widgets", widgets(window, handle(object).max(0)))])
 }
 
-/// Returns the values of a button for views, by its index.
+/// Returns the values of the `n`-th button for views.
 pub(crate) fn button_values(w: &Window, n: usize) -> Value {
     widget(w, &w.buttons[n]).1
 }

@@ -1,10 +1,10 @@
-//! Windows with buttons, sliders and labels of scenes before version 3.3.
+//! Windows with buttons, sliders and labels, from scenes before V-REP 3.3.
 
 use serde::{Deserialize, Serialize};
 
-/// Bits of the API: the kind of a button, and what it can do.
+/// Bits of the attributes of buttons and windows in the API.
 pub(crate) mod bits {
-    /// The kinds of buttons are the numbers in these bits.
+    /// Mask of the bits that contain the kind of a button.
     pub(crate) const KIND: i64 = 7;
     pub(crate) const BUTTON: i64 = 0;
     pub(crate) const LABEL: i64 = 1;
@@ -20,13 +20,13 @@ pub(crate) mod bits {
     pub(crate) const ROLLS_UP: i64 = 2048;
     pub(crate) const CLOSES: i64 = 4096;
     pub(crate) const DOWN_AND_UP: i64 = 16384;
-    /// Of windows.
+    /// Attribute of a visible window; below, other attributes of windows.
     pub(crate) const VISIBLE: i64 = 1;
     pub(crate) const ROLLED_UP: i64 = 256;
     pub(crate) const WHEN_SELECTED: i64 = 1024;
 }
 
-/// Greatest position of a slider.
+/// Maximum position of a slider.
 pub(crate) const SLIDER_END: f64 = 1000.0;
 
 /// A button, label, slider or edit field.
@@ -34,31 +34,31 @@ pub(crate) const SLIDER_END: f64 = 1000.0;
 pub(crate) struct Button {
     pub(crate) handle: i64,
     pub(crate) attributes: i64,
-    /// Columns and rows that it spans, then its first column and row.
+    /// Numbers of columns and rows that the button spans, then its first column and row.
     pub(crate) cells: [i64; 4],
     /// Labels: normal, and while pressed.
     pub(crate) labels: [String; 2],
-    /// Slider position, 0 to 1000; in files -1 to 1.
+    /// Slider position, 0 to 1000 (in files, -1 to 1).
     pub(crate) slider: f64,
-    /// Red, green and blue from 0 to 1, as far as scripts have set them: up, down, label.
+    /// Colours set by scripts for the states up and down and for the label: red, green and blue, 0 to 1.
     #[serde(default)]
     pub(crate) colors: [Option<[f64; 3]>; 3],
 }
 
-/// A window.
+/// A window and its buttons.
 #[derive(Serialize, Deserialize, Clone, Default)]
 pub(crate) struct Window {
     pub(crate) name: String,
     pub(crate) handle: i64,
-    /// Handle of the object in the file, or -1 if there is none.
+    /// Handle in the file of the object to which the window belongs, or -1 if there is none.
     pub(crate) object: i64,
     pub(crate) attributes: i64,
-    /// Columns and rows.
+    /// Numbers of columns and rows.
     pub(crate) cells: [i64; 2],
     pub(crate) buttons: Vec<Button>,
     #[serde(default)]
     pub(crate) position: [i64; 2],
-    /// The button that was used last and its two values, until a script or a client reads them.
+    /// The button that was last operated and its two values, until a script or a client reads them.
     #[serde(default)]
     pub(crate) event: Option<(i64, [i64; 2])>,
 }
@@ -73,11 +73,11 @@ impl Button {
     pub(crate) fn has(&self, bit: i64) -> bool {
         self.attributes & bit != 0
     }
-    /// Whether a user can operate it.
+    /// Returns whether a user can operate the button.
     pub(crate) fn is_active(&self) -> bool {
         self.has(bits::ENABLED) && !self.has(bits::IGNORES_MOUSE)
     }
-    /// The label that is shown now.
+    /// Returns the label that is currently shown.
     pub(crate) fn label(&self) -> &str {
         let pressed = self.has(bits::IS_DOWN) && !self.labels[1].is_empty();
         &self.labels[usize::from(pressed)]
@@ -85,7 +85,7 @@ impl Button {
 }
 
 impl Window {
-    /// Converts what a file holds: its sliders go from -1 to 1.
+    /// Converts a button read from a file, in which slider positions range from -1 to 1.
     pub(crate) fn of_file(mut self) -> Self {
         for button in &mut self.buttons {
             button.slider = ((button.slider.clamp(-1.0, 1.0) + 1.0) * SLIDER_END / 2.0).round();

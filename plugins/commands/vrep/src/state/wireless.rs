@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use serde::{Deserialize, Serialize};
 use tatu_plugin_api::abi::tatu_object;
 
-/// Data that was sent and has not expired.
+/// Data that was sent and has not expired yet.
 #[derive(Serialize, Deserialize, Clone)]
 pub(crate) struct WirelessMessage {
     pub(crate) from: tatu_object,

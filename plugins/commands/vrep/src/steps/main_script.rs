@@ -1,4 +1,4 @@
-//! Commands that main scripts call: the stages of a step, under their names in the original.
+//! Commands that main scripts call to run the stages of a step, under their names in the original.
 //!
 //! | command | stage |
 //! |---|---|
@@ -10,10 +10,10 @@
 
 use crate::{kit::*, lookup::registered::is_stand_in};
 
-/// The call type of clean-up, in all dialects.
+/// The call type of the clean-up, which is the same in all dialects.
 const CLEANUP: i64 = 1;
 
-/// Returns the call types of actuation and sensing in the caller's dialect; the same numbers as in `prelude.lua`.
+/// Returns the call types of actuation and sensing in the caller's dialect. The numbers must agree with `prelude.lua`.
 fn call_types(c: &Ctx<'_>) -> [i64; 2] {
     match version(c) {
         v if v < (3, 5) => [2, 3],
@@ -37,21 +37,21 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .param(Param::any("arguments").rest())
         .returns(Param::int("count").text("number of scripts that were called"))
         .text(
-            "In a main script: calls all other scripts, child and customization, for actuation or sensing. In a child \
-             script: calls those below its object that have not been called in this part of the step, with the \
-             arguments; they are not called again automatically. Other call types have no effect.",
+            "In a main script: calls all child and customization scripts for actuation or sensing. In a child script: \
+             calls the scripts of its object's descendants that have not been called in this part of the step, with \
+             the given arguments; they are not called again automatically. Other call types have no effect.",
         )
         .example("sim.handleChildScripts(sim.syscb_actuation)"),
     );
     offer.command(
         Cmd::new("sim.handleDynamics", |c| {
             let step = c.world().f64(0, c.plugin().p.dt)?;
-            // Scripts before 4.5 store the step as a 32-bit float, which is treated as the exact step.
+            // Scripts for versions before 4.5 pass the step as a 32-bit float, which must count as the exact step.
             let dt = c.f64(0)?;
             let dt = if dt as f32 == step as f32 { step } else { dt };
             if !is_main(c)? {
                 return Err(Fail::unsupported("only a main script can advance physics")
-                    .help("make the script one of kind `main`, or leave physics to the host"));
+                    .help("declare the script as kind `main`, or leave physics to the host"));
             }
             c.world().run_stage(TATU_STAGE_PHYSICS, dt)?;
             let longest = c.world().f64(0, c.plugin().p.physics_dt)?;
@@ -61,13 +61,14 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .old_name("simHandleDynamics", MINUS)
         .param(Param::float("dt").unit("s").range(0.0, f64::INFINITY))
         .returns(Param::int("count").text("number of physics steps"))
-        .text("In a main script: lets physics advance. At the end of the step, time advances by the same amount.")
+        .text("In a main script: advances physics. At the end of the step, time advances by the same amount.")
         .example("sim.handleDynamics(sim.getSimulationTimeStep())"),
     );
     for (names, what, of_objects) in NOTHING {
         offer.command(
             both(*names, MINUS, move |c| {
-                // A set of objects is handled, since it is empty; a single object of these kinds cannot exist.
+                // Handling a set of objects is not an error, because the set is empty; a single object of these kinds
+                // cannot exist.
                 match c.arg(0).as_i64() {
                     Some(n) if *of_objects && n > 0 && !is_stand_in(c, n) => {
                         Err(Fail::missing(format!("object {n} does not exist: {what}")))
@@ -93,43 +94,40 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             .param(Param::any("arguments").rest())
             .returns(Param::int("count").text("0"))
             .text(format!("For main scripts, which call it in each step: {what}."))
-            .partial("It has no effect, and the count is 0."),
+            .partial("The command has no effect, and the count is 0."),
         );
     }
 }
 
-/// Commands of main scripts whose work is done in a different part of the step, or automatically.
+/// Commands of main scripts whose function is performed in a different part of the step, or automatically.
 const ELSEWHERE: &[(Names, &str)] = &[
-    (
-        ["sim.handleSimulationStart", "simHandleSimulationStart"],
-        "everything that a run needs is prepared before its first step",
-    ),
+    (["sim.handleSimulationStart", "simHandleSimulationStart"], "the run is prepared before its first step"),
     (
         ["sim.handleSensingStart", "simHandleSensingStart"],
-        "distances and colours of sensors are reset in the sensing part",
+        "distances and colours of sensors are reset in the sensing stage",
     ),
     (["sim.openModule", "simOpenModule"], "plugins are notified of a start automatically"),
     (["sim.handleModule", "simHandleModule"], "plugins are notified of each step automatically"),
     (["sim.closeModule", "simCloseModule"], "plugins are notified of a stop automatically"),
-    (["sim.resumeThreads", "simResumeThreads"], "threads resume in the actuation part, with the child scripts"),
+    (["sim.resumeThreads", "simResumeThreads"], "threads resume in the actuation stage, with the child scripts"),
     (
         ["sim.launchThreadedChildScripts", "simLaunchThreadedChildScripts"],
-        "threads begin in the actuation part, with the child scripts",
+        "threads start in the actuation stage, with the child scripts",
     ),
     (
         ["sim.handleCustomizationScripts", "simHandleCustomizationScripts"],
-        "they are called together with the child scripts",
+        "customization scripts are called together with the child scripts",
     ),
     (["sim.handleAddOnScripts", "simHandleAddOnScripts"], "add-ons are called by the host in each step"),
-    (["sim.handleVarious", "simHandleVarious"], "other parts of the step do everything that it did"),
+    (["sim.handleVarious", "simHandleVarious"], "its functions are performed by other parts of the step"),
 ];
 
-/// Commands of default main scripts that have nothing to do here, why, and whether the first argument may be one object
-/// of a kind that no scene has.
+/// Commands of default main scripts that have nothing to do here: their names, the reason, and whether the first
+/// argument may identify a single object, of a kind that cannot exist here.
 const NOTHING: &[(Names, &str, bool)] = &[
     (["sim.handleSandboxScript", "simHandleSandboxScript"], "there is no sandbox", false),
-    (["sim.handleJoint", "simHandleJoint"], "no joint moves without physics", false),
-    (["sim.handleJointMotion", "simHandleJointMotion"], "no joint moves without physics", false),
+    (["sim.handleJoint", "simHandleJoint"], "joints only move in physics", false),
+    (["sim.handleJointMotion", "simHandleJointMotion"], "joints only move in physics", false),
     (["sim.handlePath", "simHandlePath"], "there are no paths", true),
     (["sim.handleMechanism", "simHandleMechanism"], "there are no mechanisms", true),
     (["sim.handleIkGroup", "simHandleIkGroup"], "there are no IK groups", true),
@@ -138,13 +136,13 @@ const NOTHING: &[(Names, &str, bool)] = &[
     (["sim.resetMilling", "simResetMilling"], "there are no mills", false),
 ];
 
-/// Runs the stage of a call type; returns how many scripts it called.
+/// Runs the stage for a call type; returns the number of scripts called.
 fn call_scripts(c: &Ctx<'_>) -> Result<i64> {
     let [actuation, sensing] = call_types(c);
     if !is_main(c)? {
         return call_below(c, actuation, sensing);
     }
-    // The oldest form has a script selector first, always for all scripts, and optionally no type.
+    // In the oldest form, the first argument selects all scripts, and the call type may be missing.
     let kind = match (c.arg(0).as_i64(), c.arg(1).as_i64()) {
         (None, _) => actuation,
         (Some(n), None) if n < 0 => actuation,
@@ -162,15 +160,15 @@ fn call_scripts(c: &Ctx<'_>) -> Result<i64> {
     Ok(c.world().scripts(0)?.iter().filter(|s| **s != main).count() as i64)
 }
 
-/// Calls the scripts below the caller's object; returns how many.
+/// Calls the scripts of the descendants of the caller's object; returns their number.
 fn call_below(c: &Ctx<'_>, actuation: i64, sensing: i64) -> Result<i64> {
     let stage_of = |n: i64| match n {
         n if n == actuation => Some(TATU_STAGE_ACTUATE),
         n if n == sensing => Some(TATU_STAGE_REACT),
         _ => None,
     };
-    // The oldest form has a script selector first (all of them), and optionally a type: those scripts run once per
-    // step, in actuation.
+    // In the oldest form, the first argument selects all scripts, and the call type may be missing; these scripts run
+    // once per step, in actuation.
     let (stage, first) = match (c.arg(0).as_i64(), c.arg(1).as_i64().and_then(stage_of)) {
         (Some(n), Some(stage)) if n < 0 => (stage, 2),
         (Some(n), None) if n < 0 => (TATU_STAGE_ACTUATE, 1),

@@ -1,4 +1,4 @@
-//! Commands for the stages of a step, used by main scripts, and for waiting, used by threads.
+//! Commands with which main scripts run the stages of a step, and with which threads wait.
 
 mod main_script;
 mod threads;

@@ -1,4 +1,4 @@
-//! Commands that wait: threaded scripts and coroutines call them to let the simulation advance.
+//! Commands that wait; threaded scripts and coroutines call them to let the simulation advance.
 
 use crate::{kit::*, signals::values::KINDS, state::state};
 
@@ -6,7 +6,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     offer.command(
         Cmd::new("sim.wait", |c| {
             let now = c.world().f64(0, c.plugin().p.time)?;
-            // When the command is called again after the wait, the word is the end time.
+            // After the wait, the command is called again with the end time as its word.
             let until = match c.resumed() {
                 0 => now + c.f64(0)?.max(0.0),
                 word => f64::from_bits(word),
@@ -19,9 +19,9 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         })
         .old_name("simWait", NIL)
         .param(Param::float("duration").unit("s"))
-        .param(Param::any("simulationTime").optional().text("ignored: simulation time is the only one"))
-        .returns(Param::float("late").unit("s").text("time by which the wait was too long"))
-        .text("Waits for some time, if the calling script can wait.")
+        .param(Param::any("simulationTime").optional().text("ignored: the time is always simulation time"))
+        .returns(Param::float("late").unit("s").text("excess of the wait over the requested time"))
+        .text("Waits for the given time, if the calling script can wait.")
         .example("sim.wait(1.5)"),
     );
     offer.command(
@@ -56,14 +56,14 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         Cmd::new("sim.waitForSignal", wait_for_signal)
             .old_name("simWaitForSignal", NIL)
             .param(Param::string("name"))
-            .returns(Param::any("value").text("nothing if it is not set and the caller cannot wait"))
+            .returns(Param::any("value").text("no value if the signal is not set and the caller cannot wait"))
             .text("Waits until a signal of any kind is set, and returns its value.")
             .example("value = sim.waitForSignal('start')"),
     );
 }
 
 /// Adds commands on time slices of threads, which script languages implement (`prelude.lua`). The commands here serve
-/// callers that are not threads: they set nothing and return 0.
+/// callers that are not threads: they have no effect and return 0.
 fn slices(offer: &mut Offer<Vrep>) {
     let zero = |c: &mut Ctx<'_>| {
         c.ret(0_i64);
@@ -72,30 +72,30 @@ fn slices(offer: &mut Offer<Vrep>) {
     offer.command(
         Cmd::new("sim.setThreadSwitchTiming", zero)
             .old_name("simSetThreadSwitchTiming", MINUS)
-            .param(Param::float("milliseconds").text("0 to 200; 1 ms is 20,000 instructions; 2 unless set"))
+            .param(Param::float("milliseconds").text("0 to 200; 1 ms is 20,000 instructions; initially 2"))
             .returns(Param::int("threaded").text("1; 0: the caller is not a thread"))
-            .text("Sets how long a thread runs in a step before it is switched out.")
+            .text("Sets how long a thread may run in a step before it is switched out.")
             .example("sim.setThreadSwitchTiming(20)"),
     );
     offer.command(
         Cmd::new("sim.setThreadAutomaticSwitch", zero)
             .old_name("simSetThreadAutomaticSwitch", MINUS)
-            .param(Param::any("on").text("from 4.2 on, each `false` takes one `true` to undo"))
+            .param(Param::any("on").text("since 4.2, each `false` must be undone by one `true`"))
             .returns(Param::int("threaded").text("1; 0: the caller is not a thread"))
             .text("Sets whether a thread that does not yield is switched out.")
             .example("sim.setThreadAutomaticSwitch(false)"),
     );
     offer.command(
         Cmd::new("sim.setStepping", zero)
-            .param(Param::any("on").text("each `true` takes one `false` to undo; a number sets the level"))
+            .param(Param::any("on").text("each `true` must be undone by one `false`; a number sets the level"))
             .returns(Param::int("before").text("the level before"))
-            .text("In stepping mode a thread is never switched out; it yields by sim.step().")
+            .text("Sets stepping mode, in which a thread is not switched out, but yields by calling sim.step().")
             .example("sim.setStepping(true)"),
     );
     offer.command(
         Cmd::new("sim.setAutoYieldDelay", |_| Ok(()))
-            .param(Param::float("delay").unit("s").text("1 ms is 20,000 instructions; 0.002 unless set"))
-            .text("Sets how long a thread runs in a step before it is switched out.")
+            .param(Param::float("delay").unit("s").text("1 ms is 20,000 instructions; initially 0.002"))
+            .text("Sets how long a thread may run in a step before it is switched out.")
             .example("sim.setAutoYieldDelay(0.02)"),
     );
     offer.command(
@@ -104,14 +104,11 @@ fn slices(offer: &mut Offer<Vrep>) {
             Ok(())
         })
         .returns(Param::float("delay").unit("s"))
-        .text("Returns how long a thread runs in a step before it is switched out.")
+        .text("Returns how long a thread may run in a step before it is switched out.")
         .example("delay = sim.getAutoYieldDelay()"),
     );
     for (name, text) in [
-        (
-            "sim.acquireLock",
-            "Prevents the calling thread from being switched out; each call needs one sim.releaseLock().",
-        ),
+        ("sim.acquireLock", "Prevents the calling thread from being switched out until a matching sim.releaseLock()."),
         ("sim.releaseLock", "Undoes one sim.acquireLock()."),
     ] {
         offer.command(Cmd::new(name, |_| Ok(())).text(text).example(format!("{name}()")));
@@ -122,8 +119,8 @@ fn slices(offer: &mut Offer<Vrep>) {
             .param(Param::any("free"))
             .returns(Param::int("result").text("0"))
             .text(
-                "Lets a thread run in parallel with the simulation in the original. Here it has no effect: threads \
-                   never do.",
+                "In the original, lets a thread run in parallel with the simulation. Has no effect here, because \
+                   threads never do.",
             )
             .example("sim.setThreadIsFree(true)"),
     );
@@ -137,8 +134,8 @@ fn slices(offer: &mut Offer<Vrep>) {
         .param(Param::int("order").optional())
         .returns(Param::int("result").text("1"))
         .text(
-            "Sets where in a step a thread resumes in the original. Here it is always right before its script's \
-               actuation.",
+            "In the original, sets where in a step a thread resumes. Has no effect here: a thread always resumes \
+               immediately before its script's actuation.",
         )
         .example("sim.setThreadResumeLocation(sim.scriptthreadresume_default, 1)"),
     );
@@ -158,16 +155,16 @@ fn slices(offer: &mut Offer<Vrep>) {
             .old_name("simDelegateChildScriptExecution", MINUS)
             .returns(Param::int("result").text("0"))
             .text(
-                "Runs child scripts in the caller's thread in the original. Here it has no effect: each script is \
-                   called separately.",
+                "In the original, runs child scripts in the caller's thread. Has no effect here, because each script \
+                   is called separately.",
             )
             .example("sim.delegateChildScriptExecution()"),
     );
 }
 
 fn wait_for_signal(c: &mut Ctx<'_>) -> Result<Outcome> {
-    // When the command is called again, the arguments are no longer available: its resume word is the key of the stored
-    // name.
+    // When the command is called again after a wait, its arguments are no longer available; the word is the key of the
+    // stored name.
     let name = match c.resumed() {
         0 => c.bytes(0)?.to_vec(),
         word => state(c)?.waits.remove(&word).unwrap_or_default(),

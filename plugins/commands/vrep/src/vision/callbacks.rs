@@ -1,4 +1,4 @@
-//! Callbacks of a sensor's scripts after it has been measured: `sysCall_vision`, `sysCall_trigger`.
+//! Callbacks of a sensor's scripts after a measurement: `sysCall_vision`, `sysCall_trigger`.
 
 use super::{
     handle::{ask, settled, tell},
@@ -25,9 +25,8 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         })
         .param(object("sensor"))
         .text(
-            "Calls sysCall_vision and sysCall_trigger of the scripts of a sensor for its last measurement. This is an \
-             addition of Tatu: it is called automatically after each measurement of a stage, and by \
-             sim.handleVisionSensor.",
+            "Calls sysCall_vision and sysCall_trigger of a sensor's scripts for its last measurement. An addition of \
+             Tatu, called automatically after each measurement in the sensing stage, and by sim.handleVisionSensor.",
         ),
     );
 }

@@ -1,9 +1,9 @@
-//! Filter chains, as vision sensors had before 4.0: each filter changes a working image, outputs it, or reports what it
-//! has found.
+//! Filter chains, which vision sensors had before V-REP 4.0: each filter changes a working image, outputs the image, or
+//! reports what it finds in it.
 //!
 //! A chain is a text in the custom data of the sensor under the tag `vision.filters`: filters separated by `;`, each
-//! `type:options:bytes:integers:floats` with numbers separated by commas. Trailing parts may be left out:
-//! `2;35::0:256,1;38`. The default chain is `1;4`, the image as taken.
+//! `type:options:bytes:integers:floats` with numbers separated by commas. Trailing parts may be omitted:
+//! `2;35::0:256,1;38`. The default chain is `1;4`, which outputs the unchanged image.
 
 use super::{
     seen::Seen,
@@ -12,24 +12,24 @@ use super::{
 };
 use crate::kit::*;
 
-/// The tag that stores a chain.
+/// The tag under which a chain is stored.
 const TAG: &[u8] = b"vision.filters";
 
 /// A filter: its type (`sim_filtercomponent_...`) and parameters.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub(super) struct Filter {
     pub kind: i64,
-    /// Bits: 1 is enabled, 2 means that its packet is not added, 4 means that it does not trigger.
+    /// Bits: 1: enabled, 2: its packet is not added, 4: it does not trigger.
     pub options: i64,
     pub bytes: Vec<i64>,
     pub ints: Vec<i64>,
     pub floats: Vec<f64>,
 }
 
-/// Bit of a filter's options: enabled.
+/// Bit of a filter's options that enables the filter.
 const ON: i64 = 1;
 
-/// Returns the chain of a sensor that has none.
+/// Returns the default chain.
 fn trivial() -> Vec<Filter> {
     [1, 4].map(|kind| Filter { kind, options: ON, ..Filter::default() }).into()
 }
@@ -54,7 +54,7 @@ fn parse(text: &str) -> Result<Vec<Filter>> {
             Ok(Filter {
                 kind: *kind.first().ok_or_else(|| {
                     Fail::argument(
-                        "`vision.filters`: a filter has no type; expected `type:options:bytes:integers:floats`",
+                        "`vision.filters`: a filter lacks its type; expected `type:options:bytes:integers:floats`",
                     )
                 })?,
                 options: options.first().copied().unwrap_or(ON),
@@ -74,7 +74,7 @@ fn print(chain: &[Filter]) -> String {
     chain.iter().map(one).collect::<Vec<_>>().join(";")
 }
 
-/// Returns the chain of a sensor, or `None` if it has the default one.
+/// Returns the chain of a sensor, or `None` if the sensor has the default chain.
 fn chain_of(c: &Ctx<'_>, sensor: tatu_object) -> Result<Option<Vec<Filter>>> {
     match tags::get(c, sensor, TAG)? {
         Some(text) => parse(&String::from_utf8_lossy(&text)).map(Some),
@@ -82,7 +82,7 @@ fn chain_of(c: &Ctx<'_>, sensor: tatu_object) -> Result<Option<Vec<Filter>>> {
     }
 }
 
-/// Runs an image through its sensor's chain.
+/// Applies the sensor's filter chain to an image.
 pub(super) fn run(c: &Ctx<'_>, view: &View, mut seen: Seen) -> Result<Seen> {
     let Some(chain) = chain_of(c, view.id)? else { return Ok(seen) };
     let (rgb, depth) = (seen.rgb(c, view).into_owned(), seen.depth(c, view).into_owned());
@@ -168,7 +168,7 @@ pub(super) fn step(f: &Filter, given: &Given<'_>, work: &mut Work, found: &mut F
         }
         27 if bit(2) => work.scale_and_offset(three(0, 0.0), three(3, 1.0), three(6, 0.0)),
         26 | 27 => {
-            return Err(Fail::unsupported("colour filters by hue are not supported: filter by red, green and blue"));
+            return Err(Fail::unsupported("filtering by hue is not supported; filter by red, green and blue"));
         }
         28 => {
             work.binary(float(0, 0.5));
@@ -206,13 +206,13 @@ pub(super) fn step(f: &Filter, given: &Given<'_>, work: &mut Work, found: &mut F
         38 => found.depth = Some(work.depth()),
         kind => {
             return Err(Fail::unsupported(format!("filters of type {kind} are not supported"))
-                .help("take it out of the sensor's data `vision.filters`, or do its work in sysCall_vision"));
+                .help("remove it from the sensor's data `vision.filters`, or implement it in sysCall_vision"));
         }
     }
     Ok(())
 }
 
-/// Returns a color for each blob; the background is black.
+/// Returns the colour in which a blob is shown; the background (label 0) is black.
 fn blob_color(label: u32) -> [f32; 3] {
     match label {
         0 => [0.0; 3],
@@ -223,7 +223,7 @@ fn blob_color(label: u32) -> [f32; 3] {
     }
 }
 
-/// Returns the index of the filter that argument 1 names, from 0.
+/// Returns the zero-based index of the filter that argument 1 selects.
 fn filter_at(c: &Ctx<'_>, chain: &[Filter]) -> Result<usize> {
     let n = c.i64(1)?;
     usize::try_from(n)
@@ -234,7 +234,7 @@ fn filter_at(c: &Ctx<'_>, chain: &[Filter]) -> Result<usize> {
 
 pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     let missing = "Filters 15 to 17 (rotate, shift, resize), 32, 33, 37 and 1000 are not available, and 26 and 27 do \
-                   not work by hue; roundness is the ratio of a spot's sides, which may differ from the original.";
+                   not support hue; roundness is the ratio of a spot's sides, which may differ from the original.";
     offer.command(
         both(["sim.getVisionSensorFilter", "simGetVisionSensorFilter"], MINUS, |c| {
             let view = View::of(c, 0)?;
@@ -315,14 +315,14 @@ mod tests {
         assert_eq!(found("1;4", &rgb, &[0.0; 4]).rgb.unwrap(), rgb);
         assert_eq!(found("1;5;3::::0,0,0;7;4", &rgb, &[0.0; 4]).rgb.unwrap(), rgb);
         assert_eq!(found("1;5;11;4", &rgb, &[0.0; 4]).rgb.unwrap(), [0; 12]);
-        // A disabled filter does nothing.
+        // A disabled filter has no effect.
         assert_eq!(found("1;3:0;4", &rgb, &[0.0; 4]).rgb.unwrap(), rgb);
         assert_eq!(found("2;38", &rgb, &[0.0, 0.25, 0.5, 1.0]).depth.unwrap(), [0.0, 0.25, 0.5, 1.0]);
         let flipped = found("2;13;14;38", &rgb, &[0.0, 0.25, 0.5, 1.0]).depth.unwrap();
         assert_eq!(flipped, [1.0, 0.5, 0.25, 0.0]);
     }
 
-    /// Removed pixels go to the buffer; kept are pixels near a color (26), or in the middle (22).
+    /// Pixels near a colour (26) or in the middle (22) remain; removed pixels are moved to the buffer.
     #[test]
     fn colours_and_parts_are_kept() {
         let rgb = [255, 0, 0, 0, 255, 0, 250, 5, 0, 0, 0, 255];

@@ -1,4 +1,4 @@
-//! Takes images of vision sensors, and collects the results of filters and scripts for them.
+//! Commands that take images with vision sensors, and return the results of filters and scripts.
 
 use super::{
     filters,
@@ -10,7 +10,7 @@ use super::{
 };
 use crate::{kit::*, state::state};
 
-/// Returns the results for a sensor's current image; runs filters and callbacks now if that has not happened yet.
+/// Returns the results for a sensor's current image; runs filters and callbacks first if they have not been run for it.
 pub(super) fn settled(c: &Ctx<'_>, view: &View) -> Result<Seen> {
     let kept = state(c)?.seen.get(&view.id).filter(|s| s.stamp == stamp(view)).cloned();
     match kept {
@@ -103,7 +103,7 @@ fn packets_of(map: &Value) -> Vec<Vec<f64>> {
     }
 }
 
-/// Lets a sensor take an image now, of one object or of all (`only` = 0).
+/// Takes an image with a sensor immediately, of one object or of all objects (`only` = 0).
 pub(super) fn take(c: &Ctx<'_>, id: tatu_object, only: tatu_object) -> Result<(View, Seen)> {
     if is_one(c, id) {
         c.world().sense_now(id, only)?;
@@ -113,7 +113,7 @@ pub(super) fn take(c: &Ctx<'_>, id: tatu_object, only: tatu_object) -> Result<(V
     Ok((view, seen))
 }
 
-/// Returns to the script whether something was detected, the standard packet, and the packets found in the image.
+/// Returns to the script whether something was detected, the standard packet, and the packets of filters and callbacks.
 fn give(c: &mut Ctx<'_>, view: &View, seen: &Seen) {
     c.ret(i64::from(seen.trigger));
     let first = if view.blind { EMPTY } else { packet(&view.rgb(c), &view.depth(c)) };
@@ -123,7 +123,7 @@ fn give(c: &mut Ctx<'_>, view: &View, seen: &Seen) {
     }
 }
 
-/// Returns the sensors that the first argument names.
+/// Returns the sensors that argument 0 identifies.
 fn meant(c: &Ctx<'_>) -> Result<Vec<tatu_object>> {
     let which = c.i64(0)?;
     if !matches!(which, HANDLE_ALL | HANDLE_ALL_EXCEPT_EXPLICIT) {
@@ -146,8 +146,8 @@ fn handle_now(c: &mut Ctx<'_>) -> Result {
     }
     let mut count = 0;
     if which == HANDLE_ALL_EXCEPT_EXPLICIT && is_main(c)? {
-        // These sensors are measured in the sensing stage, which either the main script has run for its proximity
-        // sensors or this function runs.
+        // These sensors are measured in the sensing stage. If the main script has not run it yet for its proximity
+        // sensors, this function does.
         let now = c.world().f64(0, c.plugin().p.time)?;
         let late = |s: &tatu_object| View::of_object(c, c.world().look(*s)?).map(|v| v.sequence == 0 || v.time < now);
         if sensors.iter().map(late).collect::<Result<Vec<bool>>>()?.contains(&true) {
@@ -166,7 +166,7 @@ fn handle_now(c: &mut Ctx<'_>) -> Result {
     Ok(())
 }
 
-/// Returns the entity that argument `i` denotes: an object, or 0 for all.
+/// Returns the object in argument `i`, or 0 for all objects.
 fn entity(c: &Ctx<'_>, i: usize) -> Result<tatu_object> {
     if c.i64(i)? == HANDLE_ALL { Ok(0) } else { Ok(living(c, i)?.id) }
 }
@@ -177,8 +177,8 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     let packets = |command: Cmd| {
         command
             .returns(Param::floats("packet", 15).text(
-                "least, greatest and mean intensity, red, green, blue and depth of the image, 0 to 1, in three groups \
-                of five",
+                "three groups of five, 0 to 1: minimum, maximum and mean of intensity, red, green, blue and depth of \
+                the image",
             ))
             .returns(Param::floats("more", 0).text("results of filters and sysCall_vision, packet by packet"))
     };
@@ -195,9 +195,9 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
                 Ok(())
             })
             .param(flagged("sensor"))
-            .returns(Param::int("result").text("1: something was detected, 0: nothing; -1 alone: never handled")),
+            .returns(Param::int("result").text("1: detection, 0: none; only -1: never handled")),
         )
-        .text("Returns what a vision sensor found when it last took an image."),
+        .text("Returns the results of a vision sensor's last image."),
     );
     offer.command(
         packets(
@@ -206,8 +206,8 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
                 .returns(Param::int("count").text("number of sensors that detected something")),
         )
         .text(
-            "Takes images with vision sensors immediately; then sysCall_vision and sysCall_trigger of their scripts \
-             are called. For a single sensor, it also returns the packets.",
+            "Takes images with vision sensors immediately, then calls sysCall_vision and sysCall_trigger of their \
+             scripts. For a single sensor, also returns the packets.",
         ),
     );
     offer.command(
@@ -256,7 +256,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .param(Param::int("entity").text("an object, or sim.handle_all"))
         .param(Param::any("image").optional().text("true: colours, otherwise depths"))
         .returns(Param::floats("buffer", 0).text("0 to 1"))
-        .text("Takes an image of one object with a vision sensor, and returns the image or the depths.")
+        .text("Takes an image of a single object with a vision sensor, and returns the image or the depths.")
         .partial(LATER),
     );
 }

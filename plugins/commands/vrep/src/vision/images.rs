@@ -1,4 +1,4 @@
-//! Commands that return images and depths.
+//! Commands that return the images and depths of vision sensors.
 
 use super::{
     handle::settled,
@@ -6,7 +6,7 @@ use super::{
 };
 use crate::kit::*;
 
-/// Flag added to a handle: one value per pixel for images, packed values for depths.
+/// Flag added to a handle that requests one value per pixel for images, packed values for depths.
 const FLAG: i64 = 0x40_0000;
 
 pub(crate) fn offer(offer: &mut Offer<Vrep>) {
@@ -19,13 +19,13 @@ fn grey(rgb: &[u8]) -> Vec<u8> {
     rgb.as_chunks::<3>().0.iter().map(|p| (p.iter().map(|x| u16::from(*x)).sum::<u16>() / 3) as u8).collect()
 }
 
-/// Adds an alpha value to each pixel: 255 up to a depth, 0 beyond.
+/// Adds an alpha value to each pixel: 255 up to the depth `most`, 0 beyond.
 fn with_alpha(pixels: &[u8], each: usize, depth: &[f32], most: f64) -> Vec<u8> {
     let alpha = depth.iter().map(|z| if f64::from(*z) <= most { 255 } else { 0 });
     pixels.chunks(each).zip(alpha).flat_map(|(p, a)| p.iter().copied().chain([a])).collect()
 }
 
-/// Returns the bytes of a part of an image, and its size; the bytes can be grey, and can include alpha up to a depth.
+/// Returns the bytes of a part of an image, and its size; optionally in grey, and with alpha values by depth.
 fn bytes(
     c: &Ctx<'_>,
     mut view: View,
@@ -45,13 +45,13 @@ fn bytes(
     Ok((out, [part.columns as i64, part.rows as i64]))
 }
 
-/// Returns the depths of a part of an image, 0 to 1 or in m, and its size.
+/// Returns the depths of a part of an image, from 0 to 1 or in m, and its size.
 fn depths(c: &Ctx<'_>, mut view: View, at: [i64; 2], size: [i64; 2], metres: bool) -> Result<(Vec<f32>, [i64; 2])> {
     let part = view.part(at, size)?;
     let image = settled(c, &view)?;
     let mut out = part.of(&image.depth(c, &view), view.columns, 1);
     if metres {
-        // Pixels that could not be measured remain 0.
+        // Pixels that could not be measured have the depth 0.
         let lost = image.depth_as_taken().then(|| view.metres(c)).flatten().map(|z| part.of(&z, view.columns, 1));
         for (i, z) in out.iter_mut().enumerate() {
             let none = lost.as_ref().is_some_and(|l| l.get(i) == Some(&0.0));
@@ -61,7 +61,7 @@ fn depths(c: &Ctx<'_>, mut view: View, at: [i64; 2], size: [i64; 2], metres: boo
     Ok((out, [part.columns as i64, part.rows as i64]))
 }
 
-/// Adds the image commands before 4.4.
+/// Adds the image commands of versions before 4.4.
 fn old(offer: &mut Offer<Vrep>) {
     let with_size = |command: Cmd| {
         command
@@ -87,9 +87,9 @@ fn old(offer: &mut Offer<Vrep>) {
         }))
         .param(Param::int("type").default(0).optional().text("1: as text"))
         .returns(
-            Param::any("image").text("numbers of 0 to 1, or bytes: red green blue, or with the flag 0x400000 grey"),
+            Param::any("image").text("numbers from 0 to 1, or bytes: red, green, blue, or grey with the flag 0x400000"),
         )
-        .text("Returns the image of a vision sensor, the lowest row first."),
+        .text("Returns the image of a vision sensor, bottom row first."),
     );
     offer.command(
         with_size(both(["sim.getVisionSensorCharImage", "simGetVisionSensorCharImage"], NIL, move |c| {
@@ -103,12 +103,12 @@ fn old(offer: &mut Offer<Vrep>) {
             Ok(())
         }))
         .param(
-            Param::float("cutOff").default(0.0).optional().text("not 0: with alpha, 255 up to this depth and 0 beyond"),
+            Param::float("cutOff").default(0.0).optional().text("not 0: adds alpha, 255 up to this depth and 0 beyond"),
         )
         .returns(Param::bytes("image"))
         .returns(Param::int("width"))
         .returns(Param::int("height"))
-        .text("Returns the image of a vision sensor as bytes, the lowest row first."),
+        .text("Returns the image of a vision sensor as bytes, bottom row first."),
     );
     offer.command(
         with_size(both(["sim.getVisionSensorDepthBuffer", "simGetVisionSensorDepthBuffer"], NIL, move |c| {
@@ -120,8 +120,8 @@ fn old(offer: &mut Offer<Vrep>) {
             }
             Ok(())
         }))
-        .returns(Param::any("depths").text("0: near plane, 1: far plane; packed if the handle has that flag"))
-        .text("Returns the depths that a vision sensor sees, the lowest row first."),
+        .returns(Param::any("depths").text("0: near plane, 1: far plane; packed if the handle has the flag 0x400000"))
+        .text("Returns the depth image of a vision sensor, bottom row first."),
     );
     offer.command(
         both(["sim.getVisionSensorResolution", "simGetVisionSensorResolution"], NIL, resolution)
@@ -137,7 +137,7 @@ fn resolution(c: &mut Ctx<'_>) -> Result {
     Ok(())
 }
 
-/// Adds the image commands since 4.4.
+/// Adds the image commands of versions since 4.4.
 fn modern_ones(offer: &mut Offer<Vrep>) {
     offer.command(
         Cmd::new("sim.getVisionSensorRes", resolution)
@@ -158,13 +158,13 @@ fn modern_ones(offer: &mut Offer<Vrep>) {
         .param(flagged("sensor"))
         .param(Param::int("options").default(0).optional().text("1: grey, 2: with alpha"))
         .param(
-            Param::float("cutOff").default(0.0).optional().text("not 0: with alpha, 255 up to this depth and 0 beyond"),
+            Param::float("cutOff").default(0.0).optional().text("not 0: adds alpha, 255 up to this depth and 0 beyond"),
         )
-        .param(Param::any("position").optional().text("{x, y} of a part"))
-        .param(Param::any("size").optional().text("{width, height} of that part; without: all"))
+        .param(Param::any("position").optional().text("{x, y} of a part of the image"))
+        .param(Param::any("size").optional().text("{width, height} of that part; omitted: the whole image"))
         .returns(Param::bytes("image"))
         .returns(Param::list("resolution").text("{width, height}"))
-        .text("Returns the image of a vision sensor, the lowest row first."),
+        .text("Returns the image of a vision sensor, bottom row first."),
     );
     offer.command(
         Cmd::new("sim.getVisionSensorDepth", |c| {
@@ -176,14 +176,14 @@ fn modern_ones(offer: &mut Offer<Vrep>) {
         })
         .param(flagged("sensor"))
         .param(Param::int("options").default(0).optional().text(
-            "1: in m, the far plane where there is nothing, 0 where nothing could be measured; otherwise 0 \
+            "1: in m, the far plane if nothing was hit, 0 if the pixel could not be measured; otherwise 0 \
                        to 1",
         ))
-        .param(Param::any("position").optional().text("{x, y} of a part"))
-        .param(Param::any("size").optional().text("{width, height} of that part; without: all"))
+        .param(Param::any("position").optional().text("{x, y} of a part of the image"))
+        .param(Param::any("size").optional().text("{width, height} of that part; omitted: the whole image"))
         .returns(Param::bytes("depths").text("packed 32-bit floats"))
         .returns(Param::list("resolution").text("{width, height}"))
-        .text("Returns the depths that a vision sensor sees, the lowest row first."),
+        .text("Returns the depth image of a vision sensor, bottom row first."),
     );
 }
 

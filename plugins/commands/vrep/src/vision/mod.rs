@@ -1,18 +1,18 @@
-//! Vision sensors: sensors with readings of `depth_image/1` or `color_image/1`, under the names and in the units of
-//! this API.
+//! Commands on vision sensors, which are sensors with readings of `depth_image/1` or `color_image/1`.
 //!
-//! - `sensors`: which objects are vision sensors; `view`: what a sensor has measured, in its clipping planes and units;
+//! - `sensors`: determines which objects are vision sensors; `view`: a sensor's reading, converted to its clipping
+//!   planes and units;
 //! - `images`: commands that return images and depths; `packets`: statistics of an image;
 //! - `saving`: image files, and image conversions;
-//! - `handle`: takes an image and collects what is found in it (`seen`); `callbacks`: callbacks of the sensor's
-//!   scripts; `set`: images from elsewhere;
+//! - `handle`: takes images and collects their results (`seen`); `callbacks`: callbacks of the sensor's scripts; `set`:
+//!   images set by scripts;
 //! - `filters`: the chains that sensors had before 4.0, on a working image (`work`);
-//! - `module`: the same filters as single functions, as in `simVision`;
+//! - `module`: the same filters as separate functions, as in `simVision`;
 //! - `spherical`: combines images of six sensors into a panorama;
-//! - `parameters`: resolution, planes and angles by number.
+//! - `parameters`: resolution, clipping planes and angles by number.
 //!
-//! Rows run from bottom to top, depths from 0 at the near plane to 1 at the far one. A dummy or camera that replaces a
-//! sensor in a run without its scene sees nothing: its image is black, with all depths at the far plane.
+//! Rows are ordered from bottom to top; depths range from 0 at the near plane to 1 at the far plane. The image of a
+//! dummy or camera that replaces a sensor in a run without its scene is black, with all depths at the far plane.
 
 mod callbacks;
 mod filters;

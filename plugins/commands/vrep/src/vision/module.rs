@@ -1,6 +1,6 @@
-//! The module `simVision`: filters as single functions, called from `sysCall_vision`.
+//! The module `simVision`: filters as separate functions, called from `sysCall_vision`.
 //!
-//! Each sensor has a working image and two buffers, which persist until the run ends.
+//! Each sensor has a working image and two buffers, which exist until the end of the run.
 
 use super::{
     filters::{Filter, Found, Given, step},
@@ -10,14 +10,14 @@ use super::{
 };
 use crate::{kit::*, state::state};
 
-/// An argument: its type and name, and where the filter stores it.
+/// An argument of a function: its type and name, and where the filter stores it.
 #[derive(Debug, Clone, Copy)]
 enum Arg {
     /// A number.
     Float(&'static str),
-    /// This many numbers in a table; 0 for a single factor.
+    /// A table of this many numbers; 0: a single factor.
     Floats(&'static str, u32),
-    /// Two integers in a table.
+    /// A table of two integers.
     Pair(&'static str),
     /// An integer.
     Int(&'static str),
@@ -25,13 +25,14 @@ enum Arg {
     Bit(&'static str, i64),
     /// A bit of the filter's integer that is set when the argument is false.
     NotBit(&'static str, i64),
-    /// An argument without effect here.
+    /// An argument that has no effect here.
     Ignored(&'static str),
 }
 use Arg::*;
 
-/// A function of the module: its name, the filter, its arguments, whether it reports results, its description, and an
-/// example: arguments, and a condition on `rgb`, three bytes of the result for a red image.
+/// A function of the module: its name, the type of its filter, its arguments, whether it reports results, its
+/// description, and an example. The example consists of arguments and a condition on `rgb`, the first three bytes of
+/// the result for a red image.
 struct Function {
     name: &'static str,
     kind: i64,
@@ -51,7 +52,7 @@ const fn f(
     Function { name, kind, args, finds: false, text, example }
 }
 
-/// Declares a filter that reports results.
+/// Declares a function whose filter reports results.
 const fn finds(
     name: &'static str,
     kind: i64,
@@ -92,16 +93,16 @@ const FUNCTIONS: &[Function] = &[
         "Outputs the working image as the sensor's depths.",
         ("", RED),
     ),
-    f("simVision.workImgToBuffer1", 5, &[], "Copies the working image.", ("", RED)),
-    f("simVision.workImgToBuffer2", 6, &[], "Copies the working image.", ("", RED)),
-    f("simVision.buffer1ToWorkImg", 7, &[], "Loads the buffer.", ("", BLACK)),
-    f("simVision.buffer2ToWorkImg", 8, &[], "Loads the buffer.", ("", BLACK)),
+    f("simVision.workImgToBuffer1", 5, &[], "Copies the working image to buffer 1.", ("", RED)),
+    f("simVision.workImgToBuffer2", 6, &[], "Copies the working image to buffer 2.", ("", RED)),
+    f("simVision.buffer1ToWorkImg", 7, &[], "Loads buffer 1 as the working image.", ("", BLACK)),
+    f("simVision.buffer2ToWorkImg", 8, &[], "Loads buffer 2 as the working image.", ("", BLACK)),
     f("simVision.swapBuffers", 9, &[], "Swaps the two buffers.", ("", RED)),
-    f("simVision.addBuffer1ToWorkImg", 10, &[], "Adds the buffer.", ("", RED)),
-    f("simVision.subtractBuffer1FromWorkImg", 11, &[], "Subtracts the buffer.", ("", RED)),
-    f("simVision.multiplyWorkImgWithBuffer1", 12, &[], "Multiplies with the buffer.", ("", BLACK)),
-    f("simVision.horizontalFlipWorkImg", 13, &[], "Mirrors left and right.", ("", RED)),
-    f("simVision.verticalFlipWorkImg", 14, &[], "Mirrors up and down.", ("", RED)),
+    f("simVision.addBuffer1ToWorkImg", 10, &[], "Adds buffer 1 to the image.", ("", RED)),
+    f("simVision.subtractBuffer1FromWorkImg", 11, &[], "Subtracts buffer 1 from the image.", ("", RED)),
+    f("simVision.multiplyWorkImgWithBuffer1", 12, &[], "Multiplies the image by buffer 1.", ("", BLACK)),
+    f("simVision.horizontalFlipWorkImg", 13, &[], "Mirrors the image horizontally.", ("", RED)),
+    f("simVision.verticalFlipWorkImg", 14, &[], "Mirrors the image vertically.", ("", RED)),
     f(
         "simVision.matrix3x3OnWorkImg",
         18,
@@ -135,10 +136,10 @@ const FUNCTIONS: &[Function] = &[
         "simVision.circularCutWorkImg",
         23,
         &[Float("radius"), Bit("copyToBuffer1", 1)],
-        "Blackens everything except a circle in the middle; with radius 1 it touches the nearer sides.",
+        "Blackens everything except a circle in the middle; with radius 1, the circle touches the closer sides.",
         (", 0.5", BLACK),
     ),
-    f("simVision.normalizeWorkImg", 24, &[], "Stretches values to 0 to 1.", ("", RED)),
+    f("simVision.normalizeWorkImg", 24, &[], "Stretches the values to the range 0 to 1.", ("", RED)),
     f(
         "simVision.intensityScaleOnWorkImg",
         25,
@@ -150,14 +151,14 @@ const FUNCTIONS: &[Function] = &[
         "simVision.selectiveColorOnWorkImg",
         26,
         &[Floats("color", 3), Floats("tolerance", 3), Bit("rgbSpace", 2), Bit("keep", 1), Bit("removedToBuffer1", 4)],
-        "Keeps or removes pixels near a color.",
+        "Retains or removes pixels near a colour.",
         (", {1, 0, 0}, {0.1, 0.1, 0.1}, true, false", BLACK),
     ),
     f(
         "simVision.scaleAndOffsetWorkImg",
         27,
         &[Floats("preOffset", 3), Floats("scale", 3), Floats("postOffset", 3), Bit("rgbSpace", 2)],
-        "Adds an offset, multiplies by a factor and adds another offset, for each color.",
+        "Adds an offset, multiplies by a factor and adds another offset, for each colour component.",
         (", {0, 0, 0}, {0, 1, 1}, {0, 0, 1}, true", "rgb == '0,0,255'"),
     ),
     finds(
@@ -177,18 +178,18 @@ const FUNCTIONS: &[Function] = &[
             Bit("enableTrigger", 4),
         ],
         "Makes pixels white where the intensity is above a threshold, otherwise black. The result is the white \
-         fraction, its centre x and y, its orientation and roundness; it triggers if these are near the given values.",
+         fraction, its centre x and y, orientation and roundness; triggers if these are close to the given values.",
         (", 0.3, 1, 0.1, 0.5, 1, 0.5, 1, 0, 7, 0, true", "rgb == '255,255,255' and trigger"),
     ),
-    f("simVision.swapWorkImgWithBuffer1", 29, &[], "Swaps the working image with the buffer.", ("", BLACK)),
-    f("simVision.addWorkImgToBuffer1", 30, &[], "Adds to the buffer.", ("", RED)),
-    f("simVision.subtractWorkImgFromBuffer1", 31, &[], "Subtracts from the buffer.", ("", RED)),
+    f("simVision.swapWorkImgWithBuffer1", 29, &[], "Swaps the working image with buffer 1.", ("", BLACK)),
+    f("simVision.addWorkImgToBuffer1", 30, &[], "Adds the image to buffer 1.", ("", RED)),
+    f("simVision.subtractWorkImgFromBuffer1", 31, &[], "Subtracts the image from buffer 1.", ("", RED)),
     finds(
         "simVision.blobDetectionOnWorkImg",
         34,
         &[Float("threshold"), Float("minSize"), Bit("diffColor", 1), Ignored("overlayColor")],
-        "Finds spots above a threshold: their number, 6, then for each its fraction of the image, orientation, centre \
-         x and y, width and height, relative to the image.",
+        "Finds spots above a threshold. The result is their number, 6, then per spot its fraction of the image, \
+         orientation, centre x and y, width and height, relative to the image.",
         (", 0.2, 0.1, false", "trigger and sim.unpackFloatTable(packet)[1] == 1"),
     ),
     finds(
@@ -196,8 +197,8 @@ const FUNCTIONS: &[Function] = &[
         35,
         &[Pair("pointCount"), Bit("evenAngles", 1), Ignored("returnColors")],
         "Returns points of a depth image: their numbers along x and y, then x, y, z and distance of each, in the \
-         sensor's frame, or with the flag sim.handleflag_abscoords in the world's. With returnColors the third value \
-         contains three bytes per point, from buffer 1.",
+         sensor's frame, or with the flag sim.handleflag_abscoords in the world frame. With returnColors, the third \
+         value contains three bytes per point, from buffer 1.",
         (", {2, 1}", "not trigger and #sim.unpackFloatTable(packet) == 10"),
     ),
     finds(
@@ -210,11 +211,11 @@ const FUNCTIONS: &[Function] = &[
     ),
 ];
 
-/// Flag added to a handle: points are in the world frame.
+/// Flag added to a handle that requests points in the world frame.
 const WORLD: i64 = 0x80_0000;
 
 pub(crate) fn offer(offer: &mut Offer<Vrep>) {
-    // Functions that move images between buffers are on one documentation page, those that change them on the next.
+    // The documentation has one page for functions that transfer images between buffers, and one for the others.
     let moves = |f: &&Function| {
         f.name.contains("Buffer") || f.name.contains("ensor") || f.name == "simVision.uniformImgToWorkImg"
     };
@@ -230,7 +231,7 @@ fn offer_one(offer: &mut Offer<Vrep>, function: &'static Function) {
     for arg in function.args {
         command = command.param(match *arg {
             Float(key) => Param::float(key).optional(),
-            // A factor is a single number.
+            // A factor is a single number, not a table.
             Floats(key, 0) => Param::float(key).optional(),
             Floats(key, n) => Param::any(key).optional().text(format!("{n} numbers")),
             Pair(key) => Param::any(key).optional().text("{x, y}"),
@@ -248,23 +249,23 @@ fn offer_one(offer: &mut Offer<Vrep>, function: &'static Function) {
         }
     }
     offer.command(match function.kind {
-        26 | 27 => command.partial("Works only in red, green and blue: rgbSpace must be true."),
+        26 | 27 => command.partial("Supports only red, green and blue: rgbSpace must be true."),
         20 => command.partial("The degree of sharpening is an estimate."),
         28 => command.partial(
             "Roundness is the ratio of the sides of the white spot, which may differ from the \
                              original.",
         ),
-        34 => command.partial("Nothing is drawn over the image; diffColor gives each spot a color."),
+        34 => command.partial("Nothing is drawn over the image; diffColor colours each spot differently."),
         _ => command,
     });
 }
 
-/// Builds an example script that raises an error if a red image (for functions that take one, a green one and depths)
-/// does not give the expected result.
+/// Builds an example script that applies a function to a red image (a function that loads an image, to a green one with
+/// depths), and raises an error if the result differs from the expected one.
 fn example(f: &Function) -> String {
     let ready = match f.kind {
         1 => "sim.setVisionSensorImg(eye, string.char(0, 255, 0):rep(12))",
-        2 => "-- Something fills the image at 1 m, between 0.01 and 3.5 m: 0.28 of 255.",
+        2 => "-- An object at 1 m fills the image; planes at 0.01 and 3.5 m: 0.28 of 255.",
         _ => "simVision.uniformImgToWorkImg(eye, {1, 0, 0})",
     };
     let call = format!("{}(eye{})", f.name, f.example.0);
@@ -324,7 +325,7 @@ fn run(c: &mut Ctx<'_>, function: &Function) -> Result {
     Ok(())
 }
 
-/// Returns the filter with the arguments' values.
+/// Builds the filter for a function, with the values of the call's arguments.
 fn filter(c: &Ctx<'_>, function: &Function) -> Result<Filter> {
     let mut out = Filter { kind: function.kind, options: 1, bytes: vec![0], ..Filter::default() };
     let (mut factor, mut whole) = (None, 0);
@@ -356,7 +357,7 @@ fn filter(c: &Ctx<'_>, function: &Function) -> Result<Filter> {
     Ok(out)
 }
 
-/// Returns three bytes for each point, from buffer 1.
+/// Returns the colours of the points of a coordinates filter, three bytes each, from buffer 1.
 fn colors(work: &Work, filter: &Filter) -> Vec<u8> {
     let side = |k: usize, n: usize| filter.ints.get(k).map_or(n, |x| (*x).clamp(1, 4096) as usize);
     let (nx, ny) = (side(0, work.columns), side(1, work.rows));

@@ -1,12 +1,12 @@
-//! Packets of numbers about an image: the standard one that every sensor reports, and those that filters add.
+//! The standard packet of a vision sensor: statistics of its image.
 
-/// Least, greatest and mean intensity, red, green, blue and depth, all from 0 to 1 (tests/facts/script-api.md, 4).
+/// Minimum, maximum and mean of intensity, red, green, blue and depth, all from 0 to 1 (tests/facts/script-api.md, 4).
 pub(crate) type Packet = [f64; 15];
 
 /// The packet of an empty image: black, with all depths at the far plane.
 pub(crate) const EMPTY: Packet = [0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0];
 
-/// Computes the packet of an image: bytes red green blue, depths 0 to 1.
+/// Computes the packet of an image from its bytes (red, green, blue) and its depths from 0 to 1.
 pub(crate) fn packet(rgb: &[u8], depth: &[f32]) -> Packet {
     let n = depth.len().min(rgb.len() / 3);
     if n == 0 {

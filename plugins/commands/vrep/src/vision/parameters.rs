@@ -1,5 +1,5 @@
-//! Parameters of vision sensors by number: planes, resolution, angle. They map to properties of the sensor's kind, with
-//! the keys that cameras have: near, far, columns, rows, perspective_angle, ortho_size.
+//! Parameters of vision sensors by number: clipping planes, resolution, angle. They are mapped to properties of the
+//! sensor's kind, with the keys of cameras: near, far, columns, rows, perspective_angle, ortho_size.
 
 use super::{
     sensors::{is_one, number, prop},
@@ -28,24 +28,25 @@ fn key(of: &[(i64, &'static str)], n: i64) -> Option<&'static str> {
     of.iter().find(|(k, _)| *k == n).map(|(_, key)| *key)
 }
 
-/// Number of the integer parameter: perspective projection.
+/// Number of the integer parameter that selects perspective projection.
 const PERSPECTIVE: i64 = 1018;
-/// Number of the float parameter: side of the image in orthographic projection, m.
+/// Number of the float parameter for the side of the image in orthographic projection, m.
 const SIDE: i64 = 1005;
 /// Default side of the image in orthographic projection, m.
 const USUAL_SIDE: f64 = 1.0;
 
-/// Returns the default of a parameter of drawing or windows, which has no effect here (tests/facts/script-api.md, 7).
+/// Returns the default value of a parameter that only affects rendering or windows, and is therefore only stored
+/// (tests/facts/script-api.md, 7); `None` for any other parameter.
 fn kept(n: i64) -> Option<f64> {
     matches!(n, 1006 | 1007 | 1009..=1017 | 1020 | 1021).then_some(0.0)
 }
 
-/// Returns the tag that stores a parameter.
+/// Returns the tag under which a parameter is stored.
 fn tag(n: i64) -> String {
     format!("parameter {n}")
 }
 
-/// Returns an integer parameter of a vision sensor, or `None` if it has none with this number.
+/// Returns an integer parameter of a vision sensor, or `None` if there is no parameter with this number.
 pub(crate) fn get_int(c: &Ctx<'_>, sensor: tatu_object, n: i64) -> Result<Option<i64>> {
     if !(1000..=1021).contains(&n) || !is_one(c, sensor) {
         return Ok(None);
@@ -58,7 +59,7 @@ pub(crate) fn get_int(c: &Ctx<'_>, sensor: tatu_object, n: i64) -> Result<Option
     Ok(x.map(|x| x as i64))
 }
 
-/// Sets an integer parameter; returns whether the sensor has it.
+/// Sets an integer parameter; returns whether the sensor has such a parameter.
 pub(crate) fn set_int(c: &Ctx<'_>, sensor: tatu_object, n: i64, value: i64) -> Result<bool> {
     if !(1000..=1021).contains(&n) || !is_one(c, sensor) {
         return Ok(false);
@@ -72,8 +73,8 @@ pub(crate) fn set_int(c: &Ctx<'_>, sensor: tatu_object, n: i64, value: i64) -> R
     Ok(true)
 }
 
-/// Switches between perspective and orthographic projection; the side of the latter is stored during perspective
-/// projection.
+/// Switches between perspective and orthographic projection. The side of the image in orthographic projection is stored
+/// while the projection is perspective.
 fn set_perspective(c: &Ctx<'_>, sensor: tatu_object, on: bool) -> Result {
     let side = number(c, sensor, "ortho_size").unwrap_or(0.0);
     if on == (side == 0.0) {
@@ -89,7 +90,7 @@ fn set_perspective(c: &Ctx<'_>, sensor: tatu_object, on: bool) -> Result {
     c.world().set(sensor, prop(c, sensor, "ortho_size")?, &Value::Float(next))
 }
 
-/// Returns a float parameter of a vision sensor, or `None` if it has none with this number.
+/// Returns a float parameter of a vision sensor, or `None` if there is no parameter with this number.
 pub(crate) fn get_float(c: &Ctx<'_>, sensor: tatu_object, n: i64) -> Result<Option<f64>> {
     if !is_one(c, sensor) {
         return Ok(None);
@@ -104,12 +105,12 @@ pub(crate) fn get_float(c: &Ctx<'_>, sensor: tatu_object, n: i64) -> Result<Opti
     }
 }
 
-/// Sets a float parameter; returns whether the sensor has it.
+/// Sets a float parameter; returns whether the sensor has such a parameter.
 pub(crate) fn set_float(c: &Ctx<'_>, sensor: tatu_object, n: i64, value: f64) -> Result<bool> {
     if !is_one(c, sensor) {
         return Ok(false);
     }
-    // In perspective the side is only stored, for a later switch to orthographic projection.
+    // In perspective projection, the side is only stored, for a later switch to orthographic projection.
     if kept(n).is_some() || n == SIDE && number(c, sensor, "ortho_size") == Some(0.0) {
         tags::set_number(c, sensor, &tag(n), value)?;
         return Ok(true);

@@ -1,6 +1,6 @@
 //! Commands that read and write image files, and convert images.
 //!
-//! Images of this API have their lowest row first, files their highest; both show upright.
+//! The API stores images bottom row first, files top row first.
 
 use std::io::Cursor;
 
@@ -13,11 +13,11 @@ use image::{
 use super::view::pair;
 use crate::kit::*;
 
-/// Bit of an image's options: four bytes per pixel.
+/// Bit of an image's options that selects four bytes per pixel.
 const ALPHA: i64 = 1;
-/// Largest number of pixels of an image.
+/// Maximum number of pixels of an image.
 const MOST: i64 = 1 << 26;
-/// Size of the largest file that is read, in bytes.
+/// Maximum size of a file that is read, in bytes.
 const MOST_BYTES: u64 = 256 << 20;
 
 /// An image passed by a script: bytes, columns, rows and bytes per pixel.
@@ -62,7 +62,7 @@ impl Picture {
         }
         out
     }
-    /// Converts to three or four bytes per pixel; an added alpha is opaque.
+    /// Converts the picture to `each` (3 or 4) bytes per pixel; an added alpha channel is opaque.
     fn with(self, each: usize) -> Self {
         if each == self.each {
             return self;
@@ -105,18 +105,18 @@ fn format_of(name: &str) -> Result<ImageFormat> {
     let end = name.rsplit_once('.').map_or("", |(_, end)| end);
     let written = |f: &ImageFormat| FORMATS.contains(f);
     ImageFormat::from_extension(end).filter(written).ok_or_else(|| {
-        Fail::unsupported(format!("images are written as .png, .jpg, .bmp, .tiff or .ppm, not as `{name}`"))
-            .help("use one of these extensions")
+        Fail::unsupported(format!("images cannot be written as `{name}`"))
+            .help("use the suffix .png, .jpg, .bmp, .tiff or .ppm")
     })
 }
 
 const FORMATS: [ImageFormat; 5] =
     [ImageFormat::Png, ImageFormat::Jpeg, ImageFormat::Bmp, ImageFormat::Tiff, ImageFormat::Pnm];
 
-/// Default quality, percent.
+/// Default quality of lossy formats, percent.
 const USUAL_QUALITY: u8 = 90;
 
-/// Encodes a file. `quality`, 0 to 100, applies to lossy formats; if it is negative, the default is used.
+/// Encodes a picture as the content of a file. `quality`, 0 to 100, applies to lossy formats; negative: the default.
 fn encode(picture: Picture, format: ImageFormat, quality: i64) -> Result<Vec<u8>> {
     let has_alpha = matches!(format, ImageFormat::Png | ImageFormat::Tiff);
     let picture = if has_alpha { picture } else { picture.with(3) };
@@ -135,7 +135,7 @@ fn encode(picture: Picture, format: ImageFormat, quality: i64) -> Result<Vec<u8>
     Ok(out.into_inner())
 }
 
-/// Decodes the image in a file's content, to three or four bytes per pixel.
+/// Decodes a file's content to an image of `each` (3 or 4) bytes per pixel.
 fn decode(bytes: &[u8], each: usize) -> Result<Picture> {
     let unreadable = |e: ImageError| Fail::argument(format!("the image could not be decoded: {e}"));
     let mut reader =
@@ -161,7 +161,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             let picture = Picture::of(c, 0, each_of(int_or(c, 2, 0)?))?;
             let name = c.text(3)?;
             let content = encode(picture, format_of(&name)?, int_or(c, 4, -1)?)?;
-            // A name that is only an extension requests the content as return value.
+            // A name that consists only of an extension requests the content as the return value.
             if name.starts_with('.') && !name.contains(['/', '\\']) {
                 c.ret(Value::Bytes(content));
                 return Ok(());
@@ -170,11 +170,11 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             c.ret(1_i64);
             Ok(())
         })
-        .param(Param::string("image").text("bytes, the lowest row first"))
+        .param(Param::string("image").text("bytes, bottom row first"))
         .param(Param::any("resolution").text("{width, height}"))
         .param(Param::int("options").default(0).optional().text("1: with alpha"))
         .param(Param::string("file").text(
-            "in a folder that scripts may use; .png, .jpg, .bmp, .tiff or .ppm; the suffix alone returns the content",
+            "in a folder that scripts may use, as .png, .jpg, .bmp, .tiff or .ppm; only a suffix: returns the content",
         ))
         .param(Param::int("quality").default(-1).optional().text("quality of .jpg, 0 to 100; -1: 90"))
         .returns(Param::any("result").text("1, or the content"))
@@ -184,7 +184,8 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         both(["sim.loadImage", "simLoadImage"], NIL, |c| {
             let each = each_of(c.i64(0)?);
             let given = c.bytes(1)?;
-            // File names contain no zero byte, and image files always do.
+            // An argument with a zero byte is the content of a file, because file names cannot contain one, and image
+            // files always do.
             let picture = if given.contains(&0) {
                 decode(given, each)?
             } else {
@@ -195,8 +196,8 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             Ok(())
         })
         .param(Param::int("options").text("1: with alpha"))
-        .param(Param::string("file").text("in a folder that scripts may use; or its content"))
-        .returns(Param::bytes("image").text("the lowest row first"))
+        .param(Param::string("file").text("in a folder that scripts may use; or the file's content"))
+        .returns(Param::bytes("image").text("bottom row first"))
         .returns(Param::list("resolution").text("{width, height}"))
         .text("Reads an image from a file: .png, .jpg, .bmp, .tiff or .ppm."),
     );
@@ -224,8 +225,8 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .param(Param::any("resolution").text("{width, height}"))
         .param(Param::any("wanted").text("{width, height}"))
         .param(Param::int("options").default(0).optional().text(
-            "1: it has alpha, 2: the result has alpha, 4: keeps the aspect ratio within the wanted size, 8: keeps it \
-             and covers the wanted size, 16: smooth",
+            "1: the image has alpha, 2: the result has alpha, 4: keeps the aspect ratio and fits into the requested \
+             size, 8: keeps the aspect ratio and covers the requested size, 16: smooth",
         ))
         .returns(Param::bytes("image"))
         .returns(Param::list("resolution").text("{width, height}"))
@@ -245,10 +246,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .returns(Param::int("result").text("1"))
         .returns(Param::bytes("image").text("the transformed image"))
         .text("Mirrors an image.")
-        .partial(
-            "The original modifies the text in place, which is impossible with Lua strings here: use the second \
-             result.",
-        ),
+        .partial("The original modifies the string in place, which is impossible here; use the second result."),
     );
 }
 

@@ -12,12 +12,12 @@ use crate::kit::*;
 pub(crate) struct Seen {
     /// Identifies the image: the sensor's measurement count and time.
     pub stamp: (u64, u64),
-    /// Replaces the colours, or the depths, as measured.
+    /// Colours that replace the measured ones; below, depths that replace the measured ones.
     pub rgb: Option<Vec<u8>>,
     pub depth: Option<Vec<f32>>,
     /// Whether something was detected.
     pub trigger: bool,
-    /// Packets found, in addition to the standard one.
+    /// Packets of filters and callbacks, in addition to the standard packet.
     pub packets: Vec<Vec<f64>>,
 }
 
@@ -25,7 +25,7 @@ pub(crate) struct Seen {
 pub(crate) type AllSeen = BTreeMap<tatu_object, Seen>;
 
 impl Seen {
-    /// Creates an empty result for the current image.
+    /// Creates an empty result for a sensor's current image.
     pub fn of(view: &View) -> Self {
         Seen { stamp: stamp(view), ..Seen::default() }
     }
@@ -51,7 +51,7 @@ impl Seen {
     }
 }
 
-/// Identifies the current image of a sensor.
+/// Returns the measurement count and time of a sensor's current image, which identify it.
 pub(super) fn stamp(view: &View) -> (u64, u64) {
     (view.sequence, view.time.to_bits())
 }

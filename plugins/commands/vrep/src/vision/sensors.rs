@@ -8,7 +8,7 @@ pub(crate) fn is_one(c: &Shared<'_>, object: tatu_object) -> bool {
     c.world().reading(object, p.depth).is_ok() || c.world().reading(object, p.rgb).is_ok()
 }
 
-/// Returns all vision sensors, each once.
+/// Returns all vision sensors, without duplicates.
 pub(super) fn all(c: &Ctx<'_>) -> Result<Vec<tatu_object>> {
     let mut all = c.world().sensors("depth_image/1")?;
     let more = c.world().sensors("color_image/1")?;
@@ -19,18 +19,18 @@ pub(super) fn all(c: &Ctx<'_>) -> Result<Vec<tatu_object>> {
 /// Default near and far planes, m: those of the original's Kinect.
 pub(crate) const PLANES: [f64; 2] = [0.01, 3.5];
 
-/// Returns the property with a key of the sensor's kind.
+/// Returns the property of the sensor's kind with the given key.
 pub(super) fn prop(c: &Ctx<'_>, sensor: tatu_object, key: &str) -> Result<Prop> {
     let kind = text_of(c, sensor, c.plugin().p.sensor_kind)?;
     Ok(c.world().host().prop(&format!("{kind}.{key}")))
 }
 
-/// Returns a number property of the sensor's kind, if it has it.
+/// Returns a numeric property of the sensor's kind, or `None` if the kind does not have this property.
 pub(super) fn number(c: &Ctx<'_>, sensor: tatu_object, key: &str) -> Option<f64> {
     c.world().get(sensor, prop(c, sensor, key).ok()?).ok()?.as_f64()
 }
 
-/// Returns the near and the far plane, m.
+/// Returns the distances of the near and the far plane, m.
 pub(super) fn planes(c: &Ctx<'_>, sensor: tatu_object) -> [f64; 2] {
     let one = |key, i: usize| number(c, sensor, key).unwrap_or(PLANES[i]);
     [one("near", 0), one("far", 1)]

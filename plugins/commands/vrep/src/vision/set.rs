@@ -20,8 +20,8 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
                 c.ret(i64::from(trigger));
                 Ok(())
             }))
-            .returns(Param::int("result").text("1: something was detected in it, 0: nothing"))
-            .text("Replaces the image of a vision sensor; its scripts see it as the sensor's own."),
+            .returns(Param::int("result").text("1: something was detected in the image, 0: nothing"))
+            .text("Replaces the image of a vision sensor; its scripts receive it as the sensor's own image."),
         );
     }
     offer.command(
@@ -41,10 +41,10 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             Ok(())
         }))
         .param(Param::int("options").default(0).optional().text("1: one byte per pixel, grey"))
-        .param(Param::any("position").optional().text("{x, y} of a part"))
-        .param(Param::any("size").optional().text("{width, height} of that part; without: all"))
-        .returns(Param::int("result").text("1: something was detected in it, 0: nothing"))
-        .text("Replaces the image of a vision sensor; its scripts see it as the sensor's own."),
+        .param(Param::any("position").optional().text("{x, y} of a part of the image"))
+        .param(Param::any("size").optional().text("{width, height} of that part; omitted: the whole image"))
+        .returns(Param::int("result").text("1: something was detected in the image, 0: nothing"))
+        .text("Replaces the image of a vision sensor; its scripts receive it as the sensor's own image."),
     );
     offer.command(
         both(["sim.createVisionSensor", "simCreateVisionSensor"], MINUS, |c| {
@@ -62,10 +62,10 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .param(table("integers", "{columns, rows, 0, 0}"))
         .param(table("floats", "{near, far, angle or size, and eight more}"))
         .param(Param::any("color").optional())
-        .returns(Param::int("sensor").text("a dummy in its place"))
+        .returns(Param::int("sensor").text("a dummy that represents the sensor"))
         .text("Creates a vision sensor.")
         .partial(
-            "Sensors are created only with the scene: this one has the requested resolution and planes, but is blind.",
+            "Only the scene can create sensors: the new one has the requested resolution and planes, but is blind.",
         ),
     );
 }
@@ -73,7 +73,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
 fn set_image(command: Cmd) -> Cmd {
     command
         .param(flagged("sensor"))
-        .param(Param::any("image").text("bytes, or a table of numbers from 0 to 1; the lowest row first"))
+        .param(Param::any("image").text("bytes, or a table of numbers from 0 to 1; bottom row first"))
 }
 
 /// Sets the image of a sensor; returns whether something was detected in it.
@@ -97,7 +97,7 @@ fn image(c: &Ctx<'_>, view: &View) -> Result<Vec<u8>> {
     }
 }
 
-/// Converts bytes to three per pixel.
+/// Converts an image with one or three bytes per pixel to three bytes per pixel.
 fn bytes_to_rgb(bytes: &[u8], pixels: usize, grey: bool) -> Result<Vec<u8>> {
     let each = if grey { 1 } else { 3 };
     if bytes.len() != each * pixels {

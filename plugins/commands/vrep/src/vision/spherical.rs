@@ -1,12 +1,13 @@
-//! Combines images of six sensors that look in all directions into one image whose columns and rows are angles.
+//! Combines images of six sensors that face all directions into a single image whose columns and rows are angles.
 
 use super::{handle::take, seen::Seen, set::put, view::View, work::Lens};
 use crate::kit::*;
 
-/// Smallest angles of the image, rad.
+/// Minimum horizontal and vertical angle of the image, rad.
 const LEAST: f64 = 0.087;
 
-/// Source of a pixel of the panorama: the sensor, the pixel in its image, and the ratio of distance to depth there.
+/// Source of a pixel of the panorama: the sensor, the pixel in its image, and the ratio of distance to depth at this
+/// pixel.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Source {
     sensor: usize,
@@ -24,7 +25,7 @@ struct Eye {
 /// Returns the axes of one frame, expressed in another frame; both are given as poses.
 fn axes([.., x, y, z, w]: &[f64; 7], seen_from: &[f64; 7]) -> [[f64; 3]; 3] {
     let [.., a, b, c, d] = *seen_from;
-    // The inverse of one quaternion times the other.
+    // The rotation from one frame to the other: the inverse of the first quaternion times the second.
     let q = [
         d * x - a * w - b * z + c * y,
         d * y + a * z - b * w - c * x,
@@ -43,7 +44,7 @@ fn dot(a: &[f64; 3], b: &[f64; 3]) -> f64 {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
-/// Finds the source of a direction: the sensor that looks there most directly, or the first of several.
+/// Finds the source for a direction: the sensor whose viewing direction is closest to it, or the first of several.
 fn source(eyes: &[Eye], direction: &[f64; 3]) -> Option<Source> {
     let ahead = |eye: &Eye| dot(&eye.axes[2], direction);
     let mut best = None;
@@ -63,8 +64,8 @@ fn source(eyes: &[Eye], direction: &[f64; 3]) -> Option<Source> {
     Some(Source { sensor, pixel: row * eye.size[0] + column, slant: 1.0 / z })
 }
 
-/// Returns the sources of an image whose columns and rows divide two angles evenly, from left to right and bottom to
-/// top.
+/// Returns the sources of the pixels of an image whose columns and rows divide the angles `across` and `up` evenly,
+/// from left to right and bottom to top.
 fn sources(eyes: &[Eye], [columns, rows]: [usize; 2], [across, up]: [f64; 2]) -> Vec<Option<Source>> {
     let angle = |i: usize, n: usize, whole: f64| if n < 2 { 0.0 } else { whole * (i as f64 / (n - 1) as f64 - 0.5) };
     let mut out = Vec::with_capacity(columns * rows);
@@ -82,13 +83,13 @@ fn run(c: &mut Ctx<'_>) -> Result {
     let own = |c: &Ctx<'_>, i: usize| if c.has(i) && c.i64(i)? != -1 { View::of(c, i).map(Some) } else { Ok(None) };
     let (color, depth) = (own(c, 0)?, own(c, 4)?);
     let Some(first) = color.or(depth) else {
-        return Err(Fail::argument("arguments 1 and 5: expected a sensor for colours or for depths, found neither"));
+        return Err(Fail::argument("arguments 1 and 5: expected a sensor for colours or for depths, but both are -1"));
     };
     if let (Some(a), Some(b)) = (color, depth)
         && (a.columns, a.rows) != (b.columns, b.rows)
     {
         let text = format!(
-            "the sensor for colours has {} x {} pixels, that for depths {} x {}: expected the same",
+            "the sensor for colours has {} x {} pixels, that for depths {} x {}: expected equal sizes",
             a.columns, a.rows, b.columns, b.rows
         );
         return Err(Fail::argument(text));
@@ -97,7 +98,7 @@ fn run(c: &mut Ctx<'_>) -> Result {
     let angles = [(2, std::f64::consts::TAU), (3, std::f64::consts::PI)].map(|(i, most)| -> Result<f64> {
         let angle = c.f64(i)?;
         if angle.is_nan() {
-            return Err(Fail::argument(format!("argument {}: expected an angle, found no number", i + 1)));
+            return Err(Fail::argument(format!("argument {}: expected an angle in rad, a number", i + 1)));
         }
         Ok(angle.clamp(LEAST, most))
     });
@@ -115,7 +116,7 @@ fn run(c: &mut Ctx<'_>) -> Result {
         eyes.push(Eye { axes, lens: view.lens(c), size: [view.columns, view.rows] });
     }
     let sources = sources(&eyes, [first.columns, first.rows], [across?, up?]);
-    // Handle only the sensors that the image needs.
+    // Take images only with the sensors that are sources of pixels.
     let mut taken: Vec<Option<(View, Seen)>> = Vec::new();
     for (n, view) in views.iter().enumerate() {
         let needed = sources.iter().flatten().any(|s| s.sensor == n);
@@ -147,22 +148,22 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     offer.subject("images", |offer| {
         offer.command(
             Cmd::new("simVision.handleSpherical", run)
-                .param(Param::int("rgbSensor").text("the sensor whose image becomes the panorama; -1: none"))
+                .param(Param::int("rgbSensor").text("the sensor that receives the panorama; -1: none"))
                 .param(table("sensors", "six handles: front, top, back, bottom, left, right"))
                 .param(Param::float("horizontalAngle").unit("rad").text("0.087 to 2 pi"))
                 .param(Param::float("verticalAngle").unit("rad").text("0.087 to pi"))
                 .param(Param::int("depthSensor").default(-1).optional().text(
-                    "the sensor whose image becomes the distances, in grey: near plane to far plane of the \
+                    "the sensor that receives the distances, in grey: near plane to far plane of the \
                                front sensor",
                 ))
                 .returns(Param::int("result").text("1"))
                 .text(
-                    "Takes images with six sensors at one place and combines them: columns are angles from left to \
-                     right, rows from the bottom to the top, relative to the front sensor.",
+                    "Takes images with six sensors at the same position and combines them: columns are angles from \
+                     left to right, rows from bottom to top, relative to the front sensor.",
                 )
                 .partial(
-                    "The poses of the six sensors decide which direction each covers, not their order; lights are not \
-                     changed.",
+                    "The direction that each sensor covers is determined by its pose, not by the order of the handles; \
+                     lights are not changed.",
                 )
                 .example(
                     "local simVision = require 'simVision'\n\
@@ -211,14 +212,14 @@ mod tests {
         assert_eq!(of([0.0, 1.0, 0.0]), Some(1));
         assert_eq!(of([1.0, 0.0, 0.0]), Some(2));
         assert_eq!(of([-1.0, 0.0, 0.0]), Some(3));
-        // No sensor looks down or back.
+        // No sensor faces down or back.
         assert_eq!(of([0.0, -1.0, 0.0]), None);
         assert_eq!(of([0.0, 0.0, -1.0]), None);
     }
 
     #[test]
     fn columns_and_rows_are_angles() {
-        // 90 degrees across and no height: the middle row, from the first column to the last.
+        // 90 degrees across and 0 degrees up: the middle row, from the first column to the last.
         let eyes = [eye(FRONT)];
         let right_angle = std::f64::consts::FRAC_PI_2;
         let all = sources(&eyes, [5, 1], [right_angle, 1.0]);

@@ -1,4 +1,4 @@
-//! The last measurement of a vision sensor, in its clipping planes and units.
+//! The last reading of a vision sensor, converted to its clipping planes and units.
 
 use super::{
     sensors::{PLANES, angle, is_one, planes},
@@ -8,22 +8,22 @@ use crate::kit::*;
 
 /// Default number of columns and rows of a blind sensor's image.
 const SIDE: usize = 32;
-/// Most columns or rows of a blind sensor's image.
+/// Maximum number of columns or rows of a blind sensor's image.
 const MOST: i64 = 4096;
 
-/// The state of a vision sensor at one moment.
+/// The state of a vision sensor at a point in time.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct View {
     pub id: tatu_object,
     pub columns: usize,
     pub rows: usize,
-    /// Number of images taken; 0 if there has been none since the start or the last reset.
+    /// Number of images taken since the start or the last reset.
     pub sequence: u64,
     /// Time of the last image, s.
     pub time: f64,
-    /// The near and the far plane, m.
+    /// Distances of the near and the far plane, m.
     pub planes: [f64; 2],
-    /// Whether it replaces a sensor of a missing scene, and sees nothing.
+    /// Whether the object only stands in for a sensor of a missing scene, and therefore measures nothing.
     pub blind: bool,
 }
 
@@ -37,7 +37,7 @@ pub(crate) struct Part {
 }
 
 impl View {
-    /// Creates the view of the sensor that argument `i` names.
+    /// Creates the view of the sensor in argument `i`.
     pub fn of(c: &Ctx<'_>, i: usize) -> Result<Self> {
         let o = living(c, i)?;
         Self::of_object(c, o)
@@ -60,7 +60,7 @@ impl View {
             });
         }
         let made = tags::number(c, id, "vision.columns")?;
-        // Only a dummy or camera can replace a sensor; shapes, joints and other sensors are refused, as in the
+        // Only a dummy or camera can stand in for a sensor; shapes, joints and other sensors are rejected, as in the
         // original.
         let stands_in = matches!(o.kind, TATU_KIND_DUMMY | TATU_KIND_CAMERA) && c.world().makes_stand_ins();
         if made.is_none() && !stands_in {
@@ -81,13 +81,13 @@ impl View {
         })
     }
 
-    /// Returns the projection of the sensor's pixels.
+    /// Returns the projection of the sensor's image.
     pub fn lens(&self, c: &Ctx<'_>) -> Lens {
         let (w, p) = (c.world(), &c.plugin().p);
         let told = w.reading(self.id, p.intrinsics).ok().and_then(|r| r.f64s().first_chunk::<4>().copied());
         let parallel = w.reading(self.id, p.parallel).ok().and_then(|r| r.i32s().first().copied());
         let intrinsics = told.filter(|k| k[0] > 0.0 && k[1] > 0.0).unwrap_or_else(|| {
-            // Before its first image, the sensor has no intrinsics, so they are derived from the angle.
+            // Before its first image, the sensor has no intrinsics, so derive them from its angle.
             let (columns, rows) = (self.columns as f64, self.rows as f64);
             let f = columns.max(rows) / 2.0 / libm::tan(angle(c, self.id) / 2.0);
             [f, f, (columns - 1.0) / 2.0, (rows - 1.0) / 2.0]
@@ -114,12 +114,12 @@ impl View {
             }
         }
         Err(Fail::argument(format!(
-            "a part of {columns} x {rows} pixels from ({x}, {y}) lies outside the image of {} x {}",
+            "a part of {columns} x {rows} pixels at ({x}, {y}) exceeds the image of {} x {} pixels",
             self.columns, self.rows
         )))
     }
 
-    /// Returns the measured colours, 3 bytes per pixel, which are black before the first image.
+    /// Returns the measured colours, 3 bytes per pixel; black before the first image.
     pub fn rgb(&self, c: &Ctx<'_>) -> Vec<u8> {
         let taken = (!self.blind && self.sequence > 0).then(|| c.world().reading(self.id, c.plugin().p.rgb).ok());
         match taken.flatten().filter(|r| r.u8s().len() == 3 * self.pixels()) {
@@ -128,13 +128,13 @@ impl View {
         }
     }
 
-    /// Returns the measured depths, m, or `None` before the first image, or if the sensor measures none.
+    /// Returns the measured depths, m, or `None` before the first image, or if the sensor does not measure depths.
     pub fn metres(&self, c: &Ctx<'_>) -> Option<Vec<f32>> {
         let taken = (!self.blind && self.sequence > 0).then(|| c.world().reading(self.id, c.plugin().p.depth).ok());
         taken.flatten().map(|r| r.f32s().to_vec()).filter(|z| z.len() == self.pixels())
     }
 
-    /// Returns the depths from 0 at the near plane to 1 at the far one, which are 1 where nothing was hit.
+    /// Returns the depths, from 0 at the near plane to 1 at the far plane; 1 where nothing was hit.
     pub fn depth(&self, c: &Ctx<'_>) -> Vec<f32> {
         match self.metres(c) {
             Some(metres) => metres.iter().map(|z| self.linear(*z)).collect(),
@@ -142,7 +142,7 @@ impl View {
         }
     }
 
-    /// Converts a depth in m to 0..1 between the planes.
+    /// Converts a depth in m to the range 0..1 between the planes.
     pub fn linear(&self, metres: f32) -> f32 {
         let [near, far] = self.planes;
         if far <= near {
@@ -158,7 +158,7 @@ impl View {
 }
 
 impl Part {
-    /// Returns the pixels of this part of an image of `columns` columns, `each` values per pixel.
+    /// Returns the pixels of this part of an image with `columns` columns and `each` values per pixel.
     pub fn of<T: Copy>(&self, all: &[T], columns: usize, each: usize) -> Vec<T> {
         let mut out = Vec::with_capacity(self.columns * self.rows * each);
         for y in self.y..self.y + self.rows {
@@ -169,12 +169,12 @@ impl Part {
     }
 }
 
-/// Returns two numbers from a table argument, or 0 and 0 if it is missing.
+/// Returns the first two numbers of the table in argument `i`; missing numbers are 0.
 pub(super) fn pair(c: &Ctx<'_>, i: usize) -> [i64; 2] {
     [0, 1].map(|k| c.arg(i).number(k).map_or(0, |x| x as i64))
 }
 
-/// Packs numbers into bytes.
+/// Packs floats into little-endian bytes.
 pub(super) fn packed(floats: &[f32]) -> Vec<u8> {
     floats.iter().flat_map(|x| x.to_le_bytes()).collect()
 }

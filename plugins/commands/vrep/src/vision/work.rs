@@ -1,15 +1,15 @@
-//! The working image and the filter operations on it: colours from 0 to 1, the lowest row first.
+//! The working image and the filter operations on it. Colours range from 0 to 1; rows are stored bottom row first.
 
 use serde::{Deserialize, Serialize};
 
 /// The projection of an image.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Lens {
-    /// fx fy cx cy: see the schema `depth_image/1`.
+    /// fx, fy, cx, cy, as in the schema `depth_image/1`.
     pub intrinsics: [f64; 4],
     /// Whether the projection is orthographic.
     pub parallel: bool,
-    /// Near and far plane, m.
+    /// Distances of the near and the far plane, m.
     pub planes: [f64; 2],
 }
 
@@ -82,7 +82,7 @@ impl Work {
             *p = all[r * self.columns + c];
         }
     }
-    /// Stretches values so that the smallest is 0 and the greatest 1.
+    /// Stretches the values so that the smallest one becomes 0 and the greatest one 1.
     pub fn normalize(&mut self) {
         let all = self.image.as_flattened();
         let (least, most) = all.iter().fold((f32::INFINITY, f32::NEG_INFINITY), |(a, b), x| (a.min(*x), b.max(*x)));
@@ -90,16 +90,16 @@ impl Work {
             self.each(|p| p.map(|x| (x - least) / (most - least)));
         }
     }
-    /// Maps values from 0..1 to `least`..`most`, either each color separately or all by intensity.
+    /// Maps values from 0..1 to `least`..`most`, either each colour component separately, or all by intensity (`grey`).
     pub fn intensity_scale(&mut self, least: f32, most: f32, grey: bool) {
         let scaled = |x: f32| (least + (most - least) * x).clamp(0.0, 1.0);
         self.each(|p| if grey { [scaled(intensity(&p)); 3] } else { p.map(scaled) });
     }
-    /// Adds, multiplies and adds again, color by color.
+    /// Adds `before`, multiplies by `scale` and adds `after`, for each colour component.
     pub fn scale_and_offset(&mut self, before: Pixel, scale: Pixel, after: Pixel) {
         self.each(|p| [0, 1, 2].map(|k| ((p[k] + before[k]) * scale[k] + after[k]).clamp(0.0, 1.0)));
     }
-    /// Makes pixels black for which `kept` returns false; optionally stores these in the first buffer.
+    /// Blackens the pixels for which `kept` returns false; optionally copies them to the first buffer.
     pub fn keep(&mut self, removed_to_buffer: bool, kept: impl Fn(usize, usize, &Pixel) -> bool) {
         if removed_to_buffer {
             self.buffers[0].fill([0.0; 3]);
@@ -114,8 +114,8 @@ impl Work {
             }
         }
     }
-    /// Makes pixels white whose intensity differs from the buffer by more than a threshold; returns their fraction of
-    /// the image.
+    /// Makes pixels white whose intensity differs from the first buffer by more than a threshold, all others black;
+    /// returns the white fraction of the image.
     pub fn changed(&mut self, threshold: f32) -> f64 {
         let mut n = 0;
         for (p, b) in self.image.iter_mut().zip(&self.buffers[0]) {
@@ -139,7 +139,7 @@ impl Work {
     pub fn binary(&mut self, threshold: f32) {
         self.each(|p| [if intensity(&p) > threshold { 1.0 } else { 0.0 }; 3]);
     }
-    /// Returns a pixel, or outside the image the nearest one.
+    /// Returns the pixel in column `c` and row `r`, or the nearest pixel if this one is outside the image.
     fn at(&self, c: isize, r: isize) -> Pixel {
         let (c, r) = (c.clamp(0, self.columns as isize - 1), r.clamp(0, self.rows as isize - 1));
         self.image[r as usize * self.columns + c as usize]
@@ -181,7 +181,7 @@ impl Work {
 /// Returns the coordinates of points of a depth image in the sensor's frame: the number of points along x and y, then
 /// x, y, z and distance of each, row by row from the lowest, from left to right.
 ///
-/// The points divide the image, or its angles, evenly; each has the depth of the pixel that it falls on.
+/// The points divide the image, or its angles, evenly; each point has the depth of the pixel that contains it.
 pub(super) fn coordinates(
     depth: &[f32],
     columns: usize,
@@ -223,10 +223,10 @@ pub(super) fn coordinates(
 
 /// Finds blobs of pixels whose intensity exceeds a threshold. Returns their number and the number 6, then for each blob
 /// its fraction of the image, orientation (rad), centre x and y, width and height along that orientation, all as
-/// fractions of the image's sides; and a label per pixel.
+/// fractions of the image's sides. Also returns a label per pixel.
 ///
-/// Pixels that touch at a side or corner are connected. Blobs smaller than `least` (a fraction of the image) are left
-/// out; the others are in the order of their lowest, leftmost pixel.
+/// Pixels that touch at a side or corner are connected. Blobs smaller than `least` (a fraction of the image) are
+/// omitted; the others are in the order of their lowest, leftmost pixel.
 pub(super) fn blobs(work: &Work, threshold: f32, least: f64) -> (Vec<f64>, Vec<u32>) {
     let (w, h, n) = (work.columns, work.rows, work.image.len());
     let on: Vec<bool> = work.image.iter().map(|p| intensity(p) > threshold).collect();
@@ -281,7 +281,7 @@ fn box_of(spot: &[usize], w: usize, h: usize) -> [f64; 5] {
         yy += (y - my) * (y - my);
         xy += (x - mx) * (y - my);
     }
-    // Orientation of the principal axis; a round blob has none.
+    // The orientation is that of the principal axis, which a round blob does not have.
     let round = (xx - yy).abs() + xy.abs() < 1e-9 * (xx + yy).max(1.0);
     let angle = if round { 0.0 } else { 0.5 * libm::atan2(2.0 * xy, xx - yy) };
     let (s, c) = libm::sincos(angle);
@@ -292,7 +292,7 @@ fn box_of(spot: &[usize], w: usize, h: usize) -> [f64; 5] {
     };
     let (a, b) = span(&|x, y| x * c + y * s);
     let (d, e) = span(&|x, y| y * c - x * s);
-    // Add the extent of a single pixel along the sides of the box.
+    // The points are pixel centres, so add the extent of a pixel along the sides of the box.
     let own = s.abs() + c.abs();
     let (along, across) = ((a + b) / 2.0, (d + e) / 2.0);
     [

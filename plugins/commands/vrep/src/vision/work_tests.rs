@@ -6,7 +6,8 @@ fn grey(columns: usize, rows: usize, values: &[f32]) -> Work {
     work
 }
 
-/// fx 2, two columns about 0: the pixels look along x = 0.25 and -0.25 per metre of depth (left is +x), at 1 m and 3 m.
+/// With fx = 2 and two columns about 0, the pixels' rays have x = 0.25 and -0.25 per metre of depth (left is +x), at
+/// 1 m and 3 m.
 #[test]
 fn coordinates_of_pixels() {
     let lens = Lens { intrinsics: [2.0, 2.0, 0.5, 0.0], parallel: false, planes: [1.0, 5.0] };
@@ -16,7 +17,7 @@ fn coordinates_of_pixels() {
     assert!(out.iter().zip(wanted).all(|(a, b)| (a - b).abs() < 1e-12) && out.len() == wanted.len(), "{out:?}");
 }
 
-/// Four points at even angles within 90 degrees look along 33.75, 11.25, -11.25 and -33.75 degrees.
+/// Four points at even angles within 90 degrees are at 33.75, 11.25, -11.25 and -33.75 degrees.
 #[test]
 fn coordinates_at_even_angles() {
     let lens = Lens { intrinsics: [8.0, 8.0, 7.5, 0.0], parallel: false, planes: [0.0, 1.0] };
@@ -26,7 +27,7 @@ fn coordinates_at_even_angles() {
     }
 }
 
-/// A row of three pixels, and a single pixel apart from it, in an image of 5 x 4.
+/// An image of 5 x 4 pixels contains a row of three pixels and a separate single pixel.
 #[test]
 fn blobs_are_counted_and_measured() {
     let mut values = [0.0; 20];
@@ -40,7 +41,7 @@ fn blobs_are_counted_and_measured() {
     assert!(near(&packet[2..8], &[0.15, 0.0, 2.5 / 5.0, 1.5 / 4.0, 3.0 / 5.0, 1.0 / 4.0]), "{packet:?}");
     assert!(near(&packet[8..14], &[0.05, 0.0, 4.5 / 5.0, 3.5 / 4.0, 1.0 / 5.0, 1.0 / 4.0]), "{packet:?}");
     assert_eq!((label[6], label[19], label[0]), (1, 2, 0));
-    // The small blob is left out.
+    // The small blob is omitted.
     let (packet, label) = blobs(&grey(5, 4, &values), 0.5, 0.1);
     assert_eq!((packet[0], packet.len(), label[19]), (1.0, 8, 0));
 }

@@ -1,4 +1,4 @@
-//! Windows and buttons by their handles, and windows that are made.
+//! Finds windows and buttons by their handles, and adds new windows.
 
 use crate::{
     kit::*,
@@ -8,7 +8,7 @@ use crate::{
     },
 };
 
-/// First handle of windows that scripts create, and of stand-ins.
+/// First handle of a window that is created by a script, or as a stand-in.
 const FIRST: i64 = 2_069_000;
 
 pub(super) fn of_window<T>(c: &Ctx<'_>, which: i64, change: impl FnOnce(&mut Window) -> T) -> Result<T> {
@@ -17,7 +17,7 @@ pub(super) fn of_window<T>(c: &Ctx<'_>, which: i64, change: impl FnOnce(&mut Win
     found.map(change).ok_or_else(|| Fail::missing(format!("there is no window {which}")))
 }
 
-/// Applies `change` to a button. In a run that creates stand-ins, a window has every button.
+/// Applies `change` to a button. In a run that creates stand-ins, a missing button is added to the window.
 pub(super) fn of_button<T>(c: &Ctx<'_>, which: i64, button: i64, change: impl FnOnce(&mut Button) -> T) -> Result<T> {
     let stand_in = c.world().makes_stand_ins();
     let found = of_window(c, which, |w| {
@@ -29,12 +29,12 @@ pub(super) fn of_button<T>(c: &Ctx<'_>, which: i64, button: i64, change: impl Fn
     found.ok_or_else(|| Fail::missing(format!("window {which} has no button {button}")))
 }
 
-/// Applies `change` to the button that the first two arguments name.
+/// Applies `change` to the button that the first two arguments identify.
 pub(super) fn given<T>(c: &Ctx<'_>, change: impl FnOnce(&mut Button) -> T) -> Result<T> {
     of_button(c, c.i64(0)?, c.i64(1)?, change)
 }
 
-/// Adds a window without buttons; its handle.
+/// Adds a window without buttons; returns its handle.
 pub(super) fn made(c: &Ctx<'_>, window: Window) -> Result<i64> {
     let mut state = state(c)?;
     let taken = state.registered.windows.iter().map(|w| w.handle).max().unwrap_or(0);

@@ -1,4 +1,4 @@
-//! Making and removing windows of buttons.
+//! Commands that create and remove windows of buttons.
 
 use super::{
     found::{made, of_window},
@@ -12,7 +12,7 @@ use crate::{
     },
 };
 
-/// A window that can be moved.
+/// Attribute of a window that users can move.
 const MOVEABLE: i64 = 4;
 
 /// Adds commands that create and remove windows.
@@ -21,7 +21,8 @@ pub(super) fn offer(offer: &mut Offer<Vrep>) {
         both(["sim.createUI", "simCreateUI"], MINUS, |c| {
             let (name, cells) = (c.text(0)?, numbers::<2>(c, 2)?);
             let cells = cells.map(|x| x as i64);
-            // What the argument tells is the buttons of the title; what a window does is set apart from it.
+            // Argument 1 only selects buttons in the title, which are not supported. Attributes are set by
+            // `sim.setUIProperty`.
             let attributes = bits::VISIBLE | MOVEABLE;
             let handle = made(c, Window { name, attributes, cells, ..Default::default() })?;
             shown::opened(c, handle)?;
@@ -34,7 +35,7 @@ pub(super) fn offer(offer: &mut Offer<Vrep>) {
         .param(Param::any("more").rest().text("size of a cell and buttons: ignored"))
         .returns(Param::int("window"))
         .text("Creates a window of buttons.")
-        .partial("Its title has no buttons; add buttons by `sim.createUIButton`."),
+        .partial("The title has no buttons. To add buttons to the window, use `sim.createUIButton`."),
     );
     offer.command(
         both(["sim.createUIButton", "simCreateUIButton"], MINUS, |c| {
@@ -73,7 +74,7 @@ pub(super) fn offer(offer: &mut Offer<Vrep>) {
             gone.into_iter().try_for_each(|window| shown::closed(c, window))?;
             done(c)
         })
-        .param(Param::int("window").text("or sim.handle_all"))
+        .param(Param::int("window").text("a handle, or sim.handle_all"))
         .returns(Param::int("result"))
         .text("Removes a window of buttons."),
     );

@@ -1,4 +1,5 @@
-//! Windows with buttons, sliders and labels in scenes before version 3.3. Views show them and press their buttons.
+//! Commands on windows with buttons, sliders and labels, in scenes before V-REP 3.3. Views show these windows and
+//! report user actions.
 
 mod found;
 mod making;
@@ -61,7 +62,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             })
         }))
         .param(Param::string("up").optional().text("nil: as it is"))
-        .param(Param::string("down").optional().text("its label while it is pressed; nil: unchanged"))
+        .param(Param::string("down").optional().text("its label while pressed; nil: unchanged"))
         .returns(Param::int("result"))
         .text("Sets the label of a button."),
     );
@@ -92,10 +93,10 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             Ok(())
         })
         .param(window())
-        .returns(Param::int("button").text("-1: none was pressed"))
-        .returns(Param::list("values").text("of a slider its position; of a button 1 if it is down now; then 0"))
-        .text("Returns the button that a user operated last, once: whoever reads it first takes it.")
-        .notes("Only the last one is kept, of each window."),
+        .returns(Param::int("button").text("-1: no button was operated"))
+        .returns(Param::list("values").text("for a slider, its position; for a button, 1 if it is down; then 0"))
+        .text("Returns the button that a user operated last, and clears it, so that it is returned only once.")
+        .notes("Only the last button of each window is stored."),
     );
     properties::offer(offer);
     making::offer(offer);

@@ -1,4 +1,4 @@
-//! Flags, colours and positions of windows of buttons.
+//! Commands on flags, colours and positions of windows of buttons.
 
 use super::{
     found::{given, of_window},
@@ -65,11 +65,11 @@ pub(super) fn offer(offer: &mut Offer<Vrep>) {
         })
         .param(Param::int("window"))
         .param(Param::int("button"))
-        .param(Param::list("up").optional().text("{red, green, blue}, 0 to 1; nil: as it is"))
-        .param(Param::list("down").optional().text("while it is pressed"))
+        .param(Param::list("up").optional().text("{red, green, blue}, 0 to 1; nil: unchanged"))
+        .param(Param::list("down").optional().text("the colour while pressed"))
         .param(Param::list("label").optional())
         .returns(Param::int("result"))
-        .text("Colours a button."),
+        .text("Sets the colours of a button."),
     );
     offer.command(
         both(["sim.getUIPosition", "simGetUIPosition"], NIL, |c| {

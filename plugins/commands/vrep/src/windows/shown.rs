@@ -1,4 +1,4 @@
-//! Publishing changes of windows of buttons to views, and what these report of their users.
+//! Publishes changes of windows of buttons to views, and performs the user actions that views report.
 
 use super::found::{given, of_button, of_window};
 use crate::{
@@ -17,7 +17,7 @@ pub(super) fn opened(c: &Ctx<'_>, window: i64) -> Result {
     publish_window(c, &of, object)
 }
 
-/// Publishes a button that was changed.
+/// Publishes a changed button.
 pub(super) fn changed(c: &Ctx<'_>, window: i64, button: i64) -> Result {
     let found = of_window(c, window, |w| {
         let n = w.buttons.iter().position(|b| b.handle == button)?;
@@ -27,26 +27,26 @@ pub(super) fn changed(c: &Ctx<'_>, window: i64, button: i64) -> Result {
     publish(c, window, [("n", Value::Int(n as i64 + 1)), ("set", values)])
 }
 
-/// Publishes that a window is gone.
+/// Publishes the removal of a window.
 pub(super) fn closed(c: &Ctx<'_>, window: i64) -> Result {
     publish(c, window, [("closed", Value::Bool(true))])
 }
 
-/// Changes the button that the first two arguments name, for scripts and for views.
+/// Applies `change` to the button that the first two arguments identify, and publishes it.
 pub(super) fn change(c: &mut Ctx<'_>, change: impl FnOnce(&mut Button)) -> Result {
     given(c, change)?;
     changed(c, c.i64(0)?, c.i64(1)?)?;
     done(c)
 }
 
-/// Handles what a user did to a button.
+/// Performs a user's action on a button.
 fn act(c: &mut Ctx<'_>) -> Result {
     let (window, n, what) = (c.i64(0)?, c.i64(1)?, c.text(2)?);
     let button = of_window(c, window, |w| {
         let at = n.checked_sub(1).and_then(|n| usize::try_from(n).ok())?;
         w.buttons.get(at).map(|b| b.handle)
     })?;
-    let button = button.ok_or_else(|| Fail::missing(format!("window {window} has no button at place {n}")))?;
+    let button = button.ok_or_else(|| Fail::missing(format!("window {window} has no button with index {n}")))?;
     let given = c.arg(3);
     let number = given.as_f64().filter(|x| x.is_finite());
     let text = given.as_str().map(|t| t.into_owned());
@@ -96,10 +96,10 @@ pub(super) fn offer(offer: &mut Offer<Vrep>) {
     offer.command(
         Cmd::new(ACT, act)
             .param(Param::int("window"))
-            .param(Param::int("n").text("place of the button in its window, from 1"))
+            .param(Param::int("n").text("index of the button in its window, from 1"))
             .param(Param::string("what").choices(&["click", "press", "release", "change"]))
             .param(Param::any("value").optional().text("change: position of a slider, text of an edit field"))
-            .text("Performs a user's action on a window of buttons; `sim.getUIEventButton` then tells of it.")
-            .notes("Called by views. The event `ui.window` has the buttons in this order."),
+            .text("Performs a user's action on a window of buttons; `sim.getUIEventButton` then returns the button.")
+            .notes("Called by views. The event `ui.window` lists the buttons in this order."),
     );
 }

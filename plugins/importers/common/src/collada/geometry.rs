@@ -1,4 +1,4 @@
-//! Geometries: sources of numbers, and the primitives that refer to them.
+//! Geometries: data sources, and the primitives that refer to them.
 
 use std::collections::HashMap;
 
@@ -7,7 +7,7 @@ use roxmltree::Node;
 use super::tree::{Tree, child, children, numbers};
 use crate::model::{Piece, few};
 
-/// Returns the triangles of a geometry, for each of its primitives the symbol of its material and a piece.
+/// Returns the triangles of a geometry: for each primitive, the symbol of its material, and a piece.
 pub fn pieces<'a>(tree: &Tree<'a>, geometry: Node<'a, 'a>) -> Result<Vec<(&'a str, Piece)>, String> {
     let Some(mesh) = child(geometry, "mesh") else { return Ok(Vec::new()) };
     let mut out: Vec<(&str, Piece)> = Vec::new();
@@ -26,32 +26,31 @@ pub fn pieces<'a>(tree: &Tree<'a>, geometry: Node<'a, 'a>) -> Result<Vec<(&'a st
     Ok(out)
 }
 
-/// How the indices of a primitive are cut into triangles.
+/// How the indices of a primitive are divided into polygons.
 #[derive(Clone, Copy)]
 enum Cut {
     Threes,
-    /// Polygons of as many corners as `<vcount>` says.
+    /// Polygons whose numbers of corners are listed in `<vcount>`.
     Counts,
-    /// A polygon in each `<p>`.
+    /// A polygon per `<p>`.
     Each,
     Strips,
 }
 
-/// Number of indices of each corner.
+/// Returns the number of indices per corner.
 fn stride(primitive: Node<'_, '_>) -> usize {
     let offsets = primitive.children().filter_map(|n| n.attribute("offset")?.parse::<usize>().ok());
-    // A file with a thousand inputs is damaged; its corners are not found then.
+    // A file with more than a thousand inputs is damaged; reading its corners will fail.
     offsets.max().map_or(1, |last| last.min(1000) + 1)
 }
 
-/// Returns the corners of all triangles, each the place of its first index among those of the primitive; and the
-/// indices.
+/// Returns the corners of all triangles, each as the position of its first index in the list of indices, and this list.
 fn polygons(primitive: Node<'_, '_>, cut: Cut) -> Result<(Vec<usize>, Vec<u32>), String> {
     let stride = stride(primitive);
     let (mut corners, mut indices) = (Vec::new(), Vec::new());
     let lists = primitive.children().filter_map(|n| match n.tag_name().name() {
         "p" => Some(n),
-        // A polygon with holes, which are filled.
+        // A polygon with holes. The holes are ignored.
         "ph" => child(n, "p"),
         _ => None,
     });
@@ -71,7 +70,7 @@ fn polygons(primitive: Node<'_, '_>, cut: Cut) -> Result<(Vec<usize>, Vec<u32>),
                 let mut begin = 0;
                 for count in &counts {
                     if *count > n - begin {
-                        return Err("the COLLADA file is damaged: its polygons have more corners than it lists".into());
+                        return Err("the COLLADA file is damaged: its polygons have more corners than indices".into());
                     }
                     fan(begin, *count);
                     begin += count;
@@ -87,11 +86,11 @@ fn polygons(primitive: Node<'_, '_>, cut: Cut) -> Result<(Vec<usize>, Vec<u32>),
     Ok((corners, indices))
 }
 
-/// Numbers of a source, so many per element.
+/// The numbers of a source, `stride` per element.
 struct Source {
     numbers: Vec<f64>,
     stride: usize,
-    /// Place of the corner's index for it among those of the corner.
+    /// Position of the index into this source among the indices of a corner.
     offset: usize,
 }
 
@@ -113,11 +112,11 @@ impl Source {
     }
 }
 
-/// The first input with a meaning: of the primitive, or of the vertices that it refers to.
+/// Returns the first input with the given semantic, of the primitive or of the vertices to which it refers.
 fn input<'a>(tree: &Tree<'a>, primitive: Node<'a, 'a>, semantic: &str) -> Option<Source> {
     let is = |n: &Node<'a, 'a>, what: &str| n.attribute("semantic") == Some(what);
     let offset = |n: Node<'_, '_>| n.attribute("offset").and_then(|o| o.parse().ok()).unwrap_or(0);
-    // Of several sets of coordinates the first one, which has the smallest number.
+    // If there are several sets of coordinates, the first one is that with the lowest number.
     let set = |n: &Node<'a, 'a>| n.attribute("set").and_then(|s| s.parse::<u32>().ok()).unwrap_or(0);
     let own = children(primitive, "input").filter(|n| is(n, semantic)).min_by_key(set);
     if let Some(own) = own {
@@ -128,7 +127,7 @@ fn input<'a>(tree: &Tree<'a>, primitive: Node<'a, 'a>, semantic: &str) -> Option
     Source::read(tree, shared, offset(vertex))
 }
 
-/// Joins corners with equal indices of position and coordinates to points.
+/// Builds a piece in which corners with equal indices of position and texture coordinates share a point.
 fn piece<'a>(tree: &Tree<'a>, primitive: Node<'a, 'a>, corners: &(Vec<usize>, Vec<u32>)) -> Result<Piece, String> {
     let (corners, indices) = corners;
     let lacks = |what: &str| format!("the COLLADA file is damaged: a primitive has no {what}");

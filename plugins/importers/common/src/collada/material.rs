@@ -1,19 +1,19 @@
-//! Materials: the colour and the image of an effect.
+//! Materials: the colour or the image of an effect.
 
 use roxmltree::Node;
 
 use super::tree::{Tree, child, children, numbers};
 
-/// What is used of a material.
+/// The supported properties of a material.
 #[derive(Debug, Default)]
 pub struct Material {
     pub color: Option<[f64; 3]>,
-    /// Name of the image's file.
+    /// File name of the image.
     pub image: Option<String>,
 }
 
 impl Material {
-    /// Reads the material with an id.
+    /// Reads the material with the given id; returns the default if it does not exist.
     pub fn read<'a>(tree: &Tree<'a>, reference: &str) -> Self {
         let effect = || tree.follow(child(tree.get(reference)?, "instance_effect")?, "url");
         let Some(profile) = effect().and_then(|e| child(e, "profile_COMMON")) else { return Material::default() };
@@ -21,7 +21,7 @@ impl Material {
             let known = ["phong", "lambert", "blinn", "constant"];
             t.children().find(|n| known.contains(&n.tag_name().name()))
         });
-        // A material that only emits light is shown in that colour.
+        // A material that only emits light has the colour of this light.
         let part = shader.and_then(|s| child(s, "diffuse").or_else(|| child(s, "emission")));
         let Some(part) = part else { return Material::default() };
         let color = child(part, "color").map(numbers::<f64>).and_then(|c| Some([*c.first()?, *c.get(1)?, *c.get(2)?]));
@@ -30,7 +30,8 @@ impl Material {
     }
 }
 
-/// Follows the name in a `<texture>` through sampler and surface to the image's file; many files name the image itself.
+/// Resolves the name in a `<texture>` through its sampler and surface to an image file; many files name the image
+/// directly.
 fn image<'a>(tree: &Tree<'a>, profile: Node<'a, 'a>, name: &str) -> Option<String> {
     let parameter = |sid: &str| children(profile, "newparam").find(|n| n.attribute("sid") == Some(sid));
     let mut image = None;
@@ -43,7 +44,7 @@ fn image<'a>(tree: &Tree<'a>, profile: Node<'a, 'a>, name: &str) -> Option<Strin
     }
     let image = image.or_else(|| tree.get(name)).filter(|n| n.tag_name().name() == "image")?;
     let from = child(image, "init_from")?;
-    // In 1.5 the name is in an element of its own.
+    // In version 1.5, the name is in a separate element.
     let text = child(from, "ref").unwrap_or(from).text()?.trim();
     (!text.is_empty()).then(|| text.to_owned())
 }

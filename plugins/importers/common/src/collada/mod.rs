@@ -1,5 +1,5 @@
-//! COLLADA 1.4 and 1.5: triangles, polygons and their materials, as the nodes of the scene place them. Animations, lights,
-//! cameras and physics are left out; skins stand as they are bound.
+//! COLLADA 1.4 and 1.5: triangles, polygons and their materials, placed by the nodes of the scene. Animations, lights,
+//! cameras and physics are ignored; skins are read in their bind pose.
 
 mod geometry;
 mod material;
@@ -11,7 +11,7 @@ use roxmltree::{Document, ParsingOptions};
 use self::tree::Tree;
 use crate::{model::Read, picture::Files};
 
-/// Most nodes of the XML tree, so that a file cannot take more memory than some times its own size.
+/// Maximum number of nodes of the XML tree, which limits the memory to a few times the size of the file.
 const MOST_NODES: u32 = 4_000_000;
 
 pub fn read(bytes: &[u8], files: Files<'_>) -> Result<Read, String> {
@@ -21,7 +21,7 @@ pub fn read(bytes: &[u8], files: Files<'_>) -> Result<Read, String> {
     let document = Document::parse_with_options(text.trim_start_matches('\u{FEFF}'), options).map_err(|e| wrong(&e))?;
     let root = document.root_element();
     if root.tag_name().name() != "COLLADA" {
-        return Err(format!("expected a COLLADA file; its root is <{}>", root.tag_name().name()));
+        return Err(format!("expected a COLLADA file, but the root element is <{}>", root.tag_name().name()));
     }
     scene::read(&Tree::new(root), files)
 }

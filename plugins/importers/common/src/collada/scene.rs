@@ -1,4 +1,4 @@
-//! The scene: nodes, which place geometries and give their symbols of materials a meaning.
+//! The scene: nodes, which place geometries and bind their material symbols to materials.
 
 use std::collections::HashMap;
 
@@ -15,7 +15,7 @@ use crate::{
     picture::{Files, Gallery},
 };
 
-/// Reads the scene that the file shows; a file without one is all of its geometries.
+/// Reads the scene of the file; if there is none, reads all geometries.
 pub fn read(tree: &Tree<'_>, files: Files<'_>) -> Result<Read, String> {
     let asset = child(tree.root, "asset");
     let unit = asset.and_then(|a| child(a, "unit")?.attribute("meter")?.parse::<f64>().ok());
@@ -46,7 +46,7 @@ pub fn read(tree: &Tree<'_>, files: Files<'_>) -> Result<Read, String> {
 
 struct Walk<'t, 'a> {
     tree: &'t Tree<'a>,
-    /// Pieces of the geometries that were met, which several nodes may place.
+    /// Pieces of the geometries visited so far, because several nodes may place the same geometry.
     known: HashMap<NodeId, Vec<(&'a str, Piece)>>,
     collected: Collected<&'a str>,
 }
@@ -87,7 +87,7 @@ impl<'a> Walk<'_, 'a> {
         Ok(())
     }
 
-    /// Places a geometry, with the materials that its instance gives to symbols.
+    /// Places a geometry, with the materials that its instance binds to symbols.
     fn geometry(
         &mut self,
         geometry: Node<'a, 'a>,
@@ -113,7 +113,7 @@ fn matrix(node: Node<'_, '_>) -> Option<Matrix4<f64>> {
     (numbers.len() >= 16).then(|| Matrix4::from_row_slice(&numbers[..16]))
 }
 
-/// Returns the transform of an element, if it is one.
+/// Returns the transform that an element specifies, or `None` if the element is not a transform.
 fn transform(node: Node<'_, '_>) -> Option<Matrix4<f64>> {
     let name = node.tag_name().name();
     if name == "matrix" {

@@ -11,7 +11,7 @@ pub struct Tree<'a> {
 }
 
 impl<'a> Tree<'a> {
-    /// Finds all elements that have an id.
+    /// Collects all elements that have an id.
     pub fn new(root: Node<'a, 'a>) -> Self {
         let mut ids = HashMap::new();
         for node in root.descendants() {
@@ -22,23 +22,23 @@ impl<'a> Tree<'a> {
         Tree { root, ids }
     }
 
-    /// Returns the element that a reference such as `#box` means.
+    /// Returns the element to which a reference such as `#box` refers.
     pub fn get(&self, reference: &str) -> Option<Node<'a, 'a>> {
         self.ids.get(reference.strip_prefix('#').unwrap_or(reference)).copied()
     }
 
-    /// Returns the element that an attribute refers to.
+    /// Returns the element to which an attribute of a node refers.
     pub fn follow(&self, node: Node<'a, 'a>, attribute: &str) -> Option<Node<'a, 'a>> {
         self.get(node.attribute(attribute)?)
     }
 }
 
-/// Returns the children of an element that have a name.
+/// Returns the children of an element with the given tag name.
 pub fn children<'a>(node: Node<'a, 'a>, name: &'static str) -> impl Iterator<Item = Node<'a, 'a>> {
     node.children().filter(move |n| n.tag_name().name() == name)
 }
 
-/// Returns the first such child.
+/// Returns the first child of an element with the given tag name.
 pub fn child<'a>(node: Node<'a, 'a>, name: &'static str) -> Option<Node<'a, 'a>> {
     children(node, name).next()
 }

@@ -17,7 +17,7 @@ pub struct Color {
     pub emission: [f64; 3],
     /// Opacity from 0 (clear) to 1, if the surface is translucent.
     pub opacity: Option<f64>,
-    /// Name by which scripts address the part.
+    /// Name by which scripts refer to the part with this color.
     pub name: String,
     factor: f64,
 }

@@ -6,10 +6,10 @@ use super::{
     section::{Tag, tags},
 };
 
-/// The first element of every object, and its payload.
+/// Tag and payload of the first element of every object.
 pub const SIGNATURE: (&str, &[u8]) = ("3do", &[0x39, 0x3A, 0x3B]);
 
-/// The common part.
+/// The elements that are common to all kinds of objects.
 #[derive(Debug, Clone)]
 pub struct Common {
     /// Pose in the frame of the parent, without the motion of a joint.
@@ -18,33 +18,33 @@ pub struct Common {
     pub id: i32,
     /// Handle of the parent; -1: none.
     pub parent: i32,
-    /// Alias; only since 4.3.
+    /// Alias; since 4.3.
     pub alias: Option<String>,
     /// Unique name, with its suffix.
     pub name: Option<String>,
-    /// Bits for the user interface.
+    /// Bits that affect the user interface.
     pub object_property: i32,
-    /// Whether the element with these bits was present.
+    /// Whether the file contained `object_property`.
     pub has_object_property: bool,
-    /// Whether it is the base of a model.
+    /// Whether the object is the base of a model.
     pub model_base: bool,
-    /// How sensors and commands treat the object, bits.
+    /// Bits that determine how sensors and commands treat the object.
     pub special_property: Option<i32>,
-    /// Properties that it overrides for its model, bits.
+    /// Bits of the properties that a model base overrides for its model.
     pub model_property: i32,
-    /// Layers, one bit each.
+    /// Layers, one bit per layer.
     pub layer: u16,
-    /// Order in which its scripts are called; only since 4.4.
+    /// Order in which the object's scripts are called; since 4.4.
     pub script_priority: i32,
-    /// Place among its siblings; only since 4.3.
+    /// Position among its siblings; since 4.3.
     pub order: Option<i32>,
-    /// Size factor that scripts read.
+    /// Size factor, which scripts can read.
     pub size_factor: f64,
-    /// Custom data by tag, of all versions.
+    /// Custom data by tag, in the formats of all versions.
     pub data: CustomData,
-    /// Parameters of its scripts; only since 4.0.
+    /// Parameters of the object's scripts; since 4.0.
     pub parameters: Vec<Parameter>,
-    /// Handles of other objects that it stores, by tag.
+    /// Handles of other objects stored with the object, by tag.
     pub references: Vec<(String, Vec<i32>)>,
     /// Extension string, for renderers.
     pub extension: String,
@@ -136,7 +136,7 @@ impl Common {
         self.alias.clone().unwrap_or_else(name)
     }
 
-    /// Returns the layers as programs since 2011 store them.
+    /// Returns the layers in the form in which programs since 2011 store them.
     pub fn layers(&self) -> u16 {
         // Before 2011, a bit of the object property hid objects.
         let hidden = self.has_object_property && self.object_property & 4 == 0;

@@ -1,19 +1,19 @@
-//! Reader of numbers and texts at a position in the unpacked file; never reads beyond the end.
+//! Reads numbers and texts at a position in the unpacked file, but never beyond the end.
 
 use std::fmt;
 
-/// The reason why a file cannot be read, and the position.
+/// The reason why a file cannot be read, and the position of the error.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Broken {
     /// Offset in the unpacked data.
     pub at: usize,
-    /// Tags of the sections around it, innermost first.
+    /// Tags of the sections that contain the position, innermost first.
     pub within: Vec<String>,
-    /// What is wrong.
+    /// Description of the error.
     pub what: String,
 }
 
-/// The result of reading.
+/// The result of reading a part of a file.
 pub type Read<T = ()> = Result<T, Broken>;
 
 impl Broken {
@@ -49,22 +49,22 @@ pub struct Span {
 }
 
 impl Span {
-    /// Returns the bytes, or none if the span is outside `data`.
+    /// Returns the bytes, or an empty slice if the span is outside `data`.
     pub fn of<'a>(&self, data: &'a [u8]) -> &'a [u8] {
         data.get(self.at..self.at.saturating_add(self.len)).unwrap_or_default()
     }
 }
 
-/// Deepest nesting of sections; real files nest 9 deep.
+/// Maximum nesting depth of sections; real files have a depth of 9.
 pub const MOST_DEPTH: usize = 64;
 
-/// A position in the data, and the end of the section being read.
+/// A position in the data, and the end of the section that is being read.
 #[derive(Clone)]
 pub struct Cursor<'a> {
     data: &'a [u8],
     at: usize,
     end: usize,
-    /// Whether real numbers have 8 bytes, not 4; depends on the tag of the element.
+    /// Whether real numbers have 8 bytes instead of 4, which depends on the tag of the element.
     pub wide: bool,
     depth: usize,
 }
@@ -98,7 +98,7 @@ impl<'a> Cursor<'a> {
     /// Returns a cursor over the next `n` bytes, one level deeper.
     pub fn part(&mut self, n: usize, wide: bool) -> Read<Cursor<'a>> {
         if self.depth >= MOST_DEPTH {
-            return Err(self.broken(format!("sections nest more than {MOST_DEPTH} deep")));
+            return Err(self.broken(format!("sections are nested more than {MOST_DEPTH} deep")));
         }
         let at = self.at;
         self.take(n)?;
@@ -165,7 +165,7 @@ impl<'a> Cursor<'a> {
         }
         (0..n).map(|_| self.real()).collect()
     }
-    /// Reads a text preceded by its length; UTF-8, otherwise Latin-1.
+    /// Reads a text preceded by its length, in UTF-8 or else Latin-1.
     pub fn text(&mut self) -> Read<String> {
         let n = self.count()?;
         Ok(decode(self.take(n)?))
@@ -177,7 +177,7 @@ impl<'a> Cursor<'a> {
     }
 }
 
-/// Decodes text of any file: UTF-8, otherwise Latin-1.
+/// Decodes text as UTF-8, or as Latin-1 if it is not valid UTF-8.
 pub fn decode(bytes: &[u8]) -> String {
     match std::str::from_utf8(bytes) {
         Ok(text) => text.to_owned(),

@@ -11,7 +11,7 @@ use super::{
 /// Header number of the container of tagged data, in files before 4.3.
 const TAGGED: i32 = 356_248_756;
 
-/// Custom data.
+/// Custom data of an object or a scene.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct CustomData {
     /// Data since 4.3, by tag.
@@ -23,7 +23,7 @@ pub struct CustomData {
 }
 
 impl CustomData {
-    /// Returns the data in use, by tag.
+    /// Returns the data that is in use, by tag.
     pub fn tagged(&self) -> &BTreeMap<String, Vec<u8>> {
         if self.new.is_empty() { &self.old } else { &self.new }
     }
@@ -89,7 +89,7 @@ pub struct Parameter {
     pub unit: String,
     /// Value, always as text.
     pub value: String,
-    /// Bits for the user interface.
+    /// Bits that affect the user interface.
     pub properties: i32,
 }
 

@@ -20,7 +20,7 @@ use super::{
     unknown::Unknowns,
 };
 
-/// Most objects of a file; real files have some hundreds, the largest some thousands.
+/// Maximum number of objects of a file; real files have hundreds, the largest ones thousands.
 const MOST_OBJECTS: usize = 200_000;
 
 /// The kind of an object.
@@ -45,7 +45,7 @@ pub enum Kind {
 /// An object of the scene.
 #[derive(Debug, Clone)]
 pub struct Object {
-    /// The part that all objects have.
+    /// The elements that all objects have.
     pub common: Common,
     /// The part specific to its kind.
     pub kind: Kind,
@@ -54,7 +54,7 @@ pub struct Object {
 }
 
 impl Object {
-    /// Returns the name of its kind.
+    /// Returns the name of the object's kind.
     pub fn word(&self) -> &'static str {
         match &self.kind {
             Kind::Shape(_) => "shape",
@@ -92,7 +92,7 @@ pub struct File {
     pub pool: Pool,
     /// Settings of the scene.
     pub settings: Settings,
-    /// Data of the scene.
+    /// Custom data of the scene.
     pub scene_data: CustomData,
     /// Collections.
     pub collections: Vec<Collection>,
@@ -104,7 +104,7 @@ pub struct File {
     pub ik_groups: Vec<IkGroup>,
     /// Windows of buttons of old versions.
     pub windows: Vec<Window>,
-    /// Elements that are not understood.
+    /// Elements that are unknown to the reader.
     pub unknown: Unknowns,
     held: Vec<Script>,
 }
@@ -207,7 +207,7 @@ const SECTIONS: &[Tag<File>] = tags!(File {
 const IGNORED: &[&str] = &["BBC", "MTC", "ORD", "GHO", "PPL", "GCO", "MPL", "COB", "VEW"];
 
 impl File {
-    /// Returns whether the file contains a model, not a scene. Older files do not store that, but models have no
+    /// Returns whether the file contains a model, not a scene. Older files do not store this, but models have no
     /// settings.
     pub fn is_model(&self) -> bool {
         match self.header.file_type {
@@ -217,7 +217,7 @@ impl File {
         }
     }
 
-    /// Reads a file; for any bytes it terminates quickly, with a file or an error.
+    /// Reads a file; for any bytes, terminates quickly with a file or an error.
     pub fn read(bytes: &[u8]) -> Read<File> {
         let header = Header::read(bytes)?;
         let payload = &bytes[header.payload..];
@@ -252,7 +252,8 @@ impl File {
             } else if !IGNORED.contains(&tag) {
                 let span = Span { at: section.body.at(), len: section.body.left() };
                 unknown.add(tag, span);
-                // An object of a newer, unknown kind: its common part is read, so that it keeps its place in the tree.
+                // For an object of a newer, unknown kind, read the common part, so that it keeps its position in the
+                // tree.
                 let (signature, bytes) = common::SIGNATURE;
                 let head = [signature.as_bytes(), &(bytes.len() as i32).to_le_bytes(), bytes].concat();
                 if span.of(data).starts_with(&head) {
@@ -267,7 +268,7 @@ impl File {
         Ok(())
     }
 
-    /// Checks what a single section cannot show: duplicate handles, and cycles of parents.
+    /// Checks for errors that involve several sections: duplicate handles, and cycles of parents.
     fn check(&mut self) -> Read {
         let mut places = std::collections::BTreeMap::new();
         for (i, o) in self.objects.iter().enumerate() {
@@ -276,7 +277,7 @@ impl File {
                 return Err(Broken::new(o.section.at, text));
             }
         }
-        // Objects reachable from the top are fine; the others form a cycle.
+        // Objects that are not reachable from the root are part of a cycle or below one.
         let parents: Vec<Option<usize>> = self.objects.iter().map(|o| places.get(&o.common.parent).copied()).collect();
         let mut state = vec![0_u8; parents.len()];
         for start in 0..parents.len() {

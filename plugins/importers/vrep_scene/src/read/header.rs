@@ -1,18 +1,18 @@
-//! The header of a file, which is never packed.
+//! The header of a file, which is never compressed.
 
 use super::{cursor::Broken, cursor::Cursor, cursor::Read};
 
 /// The first bytes of every file.
 pub const MAGIC: &[u8; 4] = b"VREP";
-/// Serializations up to this one have a short header.
+/// The last serialization with a short header.
 const SHORT: i32 = 12;
-/// Offset of the packed data, in files with a short header and in all others.
+/// Offset of the payload, in files with a short header and in all others, in bytes.
 const PAYLOAD: [usize; 2] = [17, 1021];
 /// The oldest supported serialization.
 const OLDEST: i32 = 15;
 /// The newest known serialization.
 const NEWEST: i32 = 30;
-/// Size limit of the unpacked data, in bytes.
+/// Maximum size of the unpacked data, in bytes.
 pub const MOST_UNPACKED: usize = 1 << 30;
 
 /// The content of the header.
@@ -26,7 +26,7 @@ pub struct Header {
     pub packed: bool,
     /// Size of the unpacked payload, in bytes.
     pub unpacked: usize,
-    /// Version of the program that wrote it: 30400 is 3.4.0, 41000 is 4.10.0.
+    /// Version of the program that wrote the file: 30400 is 3.4.0, 41000 is 4.10.0.
     pub program: u32,
     /// Revision of that program.
     pub revision: u8,
@@ -78,7 +78,7 @@ impl Header {
                 c.broken(format!("the file is shorter than its header: expected {} bytes, found {rest}", h.payload))
             );
         }
-        // A packed byte takes at least one bit, so a larger declared size is invalid.
+        // An unpacked byte is encoded in at least one bit, so a larger declared size is invalid.
         let most = if h.packed { (rest - h.payload).saturating_mul(8) } else { rest - h.payload };
         if h.unpacked > most || h.unpacked > MOST_UNPACKED {
             let text = format!("{} bytes are declared, at most {} are possible", h.unpacked, most.min(MOST_UNPACKED));
@@ -87,7 +87,7 @@ impl Header {
         Ok(h)
     }
 
-    /// Returns the version of the program as users and scripts write it, such as "3.4.0".
+    /// Returns the version of the program in its usual spelling, such as "3.4.0".
     pub fn version(&self) -> String {
         format!("{}.{}.{}", self.program / 10_000, self.program / 100 % 100, self.program % 100)
     }

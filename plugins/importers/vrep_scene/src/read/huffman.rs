@@ -1,10 +1,10 @@
-//! Decoder of a static Huffman code, whose tree precedes the data.
+//! Decoder for a static Huffman code, whose tree precedes the data.
 
 use super::cursor::{Broken, Read};
 
-/// Bits that one table lookup decodes.
+/// Number of bits that a table lookup decodes.
 const LOOK: u32 = 11;
-/// Most nodes of a tree: inner nodes and leaves for 256 bytes.
+/// Maximum number of nodes of a tree: inner nodes and leaves for 256 bytes.
 const MOST_NODES: usize = 511;
 
 /// A node: its two branches; a leaf is stored as `LEAF + byte`.
@@ -23,7 +23,7 @@ struct Bits<'a> {
 }
 
 impl Bits<'_> {
-    /// Loads whole bytes while there is room; beyond the end it loads zeros, which are not counted.
+    /// Loads whole bytes while there is room; beyond the end, loads zeros, which are not counted.
     fn fill(&mut self) {
         while self.count <= 56 {
             let Some(byte) = self.data.get(self.next) else { return };
@@ -50,7 +50,7 @@ impl Bits<'_> {
 /// Reads the tree; returns its inner nodes and the index of the root, or a leaf.
 fn tree(bits: &mut Bits<'_>) -> Option<(Vec<Node>, u16)> {
     let mut nodes: Vec<Node> = Vec::new();
-    // Branches to fill: node and side. An explicit stack, so that deep trees cannot overflow the call stack.
+    // The branches to fill, as node and side. The stack is explicit, so that deep trees cannot overflow the call stack.
     let mut open: Vec<(usize, usize)> = Vec::new();
     let mut root = None;
     let mut seen = 0;
@@ -80,7 +80,8 @@ fn tree(bits: &mut Bits<'_>) -> Option<(Vec<Node>, u16)> {
     }
 }
 
-/// Builds the lookup table: for `LOOK` bits, a leaf and the bits it took, or the inner node to continue from.
+/// Builds the lookup table: for each value of `LOOK` bits, a leaf and the length of its code, or the inner node from
+/// which to continue.
 fn table(nodes: &[Node], root: u16) -> Vec<(u16, u8)> {
     (0..1_u32 << LOOK)
         .map(|code| {
@@ -110,7 +111,7 @@ pub fn unpack(packed: &[u8], size: usize) -> Read<Vec<u8>> {
         let (mut at, used) = table[(bits.held >> (64 - LOOK)) as usize];
         let mut used = u32::from(used);
         if at & LEAF == 0 {
-            // A long code: decode the rest bit by bit. A code has at most 255 bits, so more bits may have to be loaded.
+            // Decode the rest of a long code bit by bit. A code has up to 255 bits, so more bits may have to be loaded.
             if bits.count < used {
                 return Err(broken(out.len(), "the packed data ends too early"));
             }
@@ -130,7 +131,7 @@ pub fn unpack(packed: &[u8], size: usize) -> Read<Vec<u8>> {
     Ok(out)
 }
 
-/// Packs data as the original does; for tests, which build their own files.
+/// Packs data in the original's format; for tests, which build their own files.
 #[cfg(test)]
 pub fn pack(data: &[u8]) -> Vec<u8> {
     let mut bits: Vec<bool> = Vec::new();
@@ -172,7 +173,7 @@ mod tests {
 
     #[test]
     fn codes_longer_than_the_table_are_walked() {
-        // A degenerate tree: byte n has n + 1 bits; the deepest has 20.
+        // In this degenerate tree, the code of byte n has n + 1 bits; the longest code has 20 bits.
         let mut bits = String::new();
         for n in 0..20_u8 {
             bits += &format!("01{n:08b}");

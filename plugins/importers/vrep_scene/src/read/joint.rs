@@ -15,19 +15,19 @@ pub const SPHERICAL: i32 = 12;
 /// A joint; positions are in rad or m.
 #[derive(Debug, Clone)]
 pub struct Joint {
-    /// One of the constants above.
+    /// [`REVOLUTE`], [`PRISMATIC`] or [`SPHERICAL`].
     pub kind: i32,
     /// Current position.
     pub position: f64,
-    /// Lowest position, and the range above it.
+    /// Minimum position, and the range above it.
     pub limits: [f64; 2],
-    /// Whether it rotates without limits.
+    /// Whether the joint rotates without limits.
     pub cyclic: bool,
-    /// Bits of its motor: 4 on, 5 position control, 6 hybrid, 7 spring.
+    /// Bits of the motor: 4 on, 5 position control, 6 hybrid, 7 spring.
     pub motor: u8,
     /// Whether the motor is locked at a target velocity of zero.
     pub locked: bool,
-    /// Whether limits are enforced even if it is not dynamic.
+    /// Whether limits are enforced even if the joint is not dynamic.
     pub enforced: bool,
     /// Pitch of a screw, m/rad.
     pub pitch: f64,
@@ -35,11 +35,11 @@ pub struct Joint {
     pub rotation: [f64; 4],
     /// 0 kinematic, 1 motion, 2 inverse kinematics, 3 and 4 dependent, 5 dynamic.
     pub mode: i32,
-    /// Handle of the joint that it depends on, then factor and offset.
+    /// Handle of the joint on which this joint depends, then factor and offset.
     pub master: (i32, [f64; 2]),
     /// Target velocity, rad/s or m/s.
     pub target_velocity: f64,
-    /// Greatest torque or force, N m or N; not negative.
+    /// Maximum torque or force, N m or N; not negative.
     pub max_force: f64,
     /// Target position, rad or m.
     pub target_position: f64,
@@ -47,9 +47,9 @@ pub struct Joint {
     pub pid: [f64; 3],
     /// Stiffness and damping of the spring, N m/rad and N m s/rad, or N/m and N s/m.
     pub spring: [f64; 2],
-    /// Greatest velocity of position control; before 4.4.
+    /// Maximum velocity of position control; before 4.4.
     pub old_max_velocity: Option<f64>,
-    /// Greatest velocity, acceleration and jerk; since 4.3.
+    /// Maximum velocity, acceleration and jerk; since 4.3.
     pub max_motion: Option<[f64; 3]>,
     /// 0 free, 1 force, 4 velocity, 8 and 9 position, 12 and 13 spring, 16 callback; since 4.3.
     pub control: Option<i32>,

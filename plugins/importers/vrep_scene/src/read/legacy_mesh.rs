@@ -1,4 +1,5 @@
-//! Shapes of serialization 15 (2.6.6): arrays of the whole shape, and components that refer to ranges of them.
+//! Shapes of serialization 15 (2.6.6), which consist of arrays for the whole shape, and of components that refer to
+//! ranges of these arrays.
 
 use super::{
     color,

@@ -3,7 +3,7 @@
 /// Size of the header since serialization 17.
 const HEADER: usize = 1021;
 
-/// Returns an unpacked file with these sections.
+/// Returns an unpacked file with the given sections.
 pub fn file(serialization: i32, sections: &[u8]) -> Vec<u8> {
     let mut out = vec![0; HEADER];
     out[..4].copy_from_slice(b"VREP");
@@ -26,7 +26,7 @@ impl Bytes {
     pub fn new() -> Self {
         Bytes::default()
     }
-    /// Appends an element whose payload is `of`.
+    /// Appends an element with the payload `of`.
     pub fn element(mut self, tag: &str, of: Bytes) -> Self {
         self.0.extend_from_slice(tag.as_bytes());
         self.i32(i32::try_from(of.0.len()).unwrap_or(i32::MAX)).bytes(&of.0)

@@ -6,12 +6,12 @@ use super::{
     unknown::Unknowns,
 };
 
-/// Parameters of one engine: reals, then integers, as many as the file declares.
+/// Parameters of an engine: real numbers and integers, as many as the file declares.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct EngineBlock {
-    /// Reals.
+    /// The real numbers.
     pub reals: Vec<f64>,
-    /// Integers.
+    /// The integers.
     pub ints: Vec<i32>,
 }
 
@@ -23,17 +23,17 @@ impl EngineBlock {
         let ints = (0..ints).map(|_| c.i32()).collect::<Read<_>>()?;
         Ok(EngineBlock { reals, ints })
     }
-    /// Returns a real, if it exists and is finite.
+    /// Returns the real number at index `i`, if it exists and is finite.
     pub fn real(&self, i: usize) -> Option<f64> {
         self.reals.get(i).copied().filter(|x| x.is_finite())
     }
-    /// Returns an integer, if it exists.
+    /// Returns the integer at index `i`, if it exists.
     pub fn int(&self, i: usize) -> Option<i32> {
         self.ints.get(i).copied()
     }
 }
 
-/// A material.
+/// A physical material.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Material {
     /// Number in the material list of versions before 3.4.
@@ -48,13 +48,13 @@ pub struct Material {
     pub newton: EngineBlock,
     /// MuJoCo: friction, solref, solimp, ...
     pub mujoco: EngineBlock,
-    /// Vortex.
+    /// Vortex; the parameters are not used.
     pub vortex: EngineBlock,
     /// Bits of the older format: 2 sticky.
     old_bits: u8,
 }
 
-/// Reads Bullet's parameters before 3.4, which have a single friction for both versions of the engine.
+/// Reads Bullet's parameters of versions before 3.4, which have a single friction for both versions of the engine.
 fn old_bullet(m: &mut Material, c: &mut Cursor<'_>) -> Read {
     let [restitution, friction, linear, angular] = c.reals()?;
     m.bullet.reals = vec![restitution, friction, friction, linear, angular];
@@ -87,7 +87,7 @@ pub const TAGS: &[Tag<Material>] = tags!(Material {
     "Vo4" | "_o4" => |m, c, _| Ok(m.vortex = EngineBlock::read(c)?),
 });
 
-/// Older elements that are duplicated by the ones above in the same file.
+/// Older elements that the same file also contains in the newer form listed above.
 pub const IGNORED: &[&str] = &["Bcv", "Vo2", "Vo3", "Cv2", "Uis", "Ups"];
 
 /// Reads a material.

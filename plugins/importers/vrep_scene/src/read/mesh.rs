@@ -20,7 +20,7 @@ pub struct Part {
     pub mass: f64,
     /// Number in the material list of versions before 3.4; -1: none.
     pub material: i32,
-    /// Whether it is marked convex, in files from before 4.5.1.
+    /// Whether the part is marked as convex, in files from before 4.5.1.
     pub convex: bool,
     /// Material parameters, which serialization 16 stores here.
     pub own_material: Option<Material>,
@@ -28,13 +28,13 @@ pub struct Part {
     pub axes: Stored,
     /// Principal moments divided by the mass, m^2.
     pub moments: [f64; 3],
-    /// Frame in that of the parent; since 4.5.1. The root's is ignored.
+    /// Frame of the part in that of its parent; since 4.5.1. The root's frame is ignored.
     pub frame: Option<Stored>,
-    /// Centre of mass in that frame, m; since 4.5.1.
+    /// Centre of mass in `frame`, m; since 4.5.1.
     pub com: Option<[f64; 3]>,
-    /// Inertia divided by the mass, about the centre of mass, along the axes of that frame, m^2; since 4.5.1.
+    /// Inertia divided by the mass, about the centre of mass, along the axes of `frame`, m^2; since 4.5.1.
     pub inertia: Option<[f64; 9]>,
-    /// Frame of the vertices in that frame; since 4.5.1.
+    /// Frame of the vertices in `frame`; since 4.5.1.
     pub vertex_frame: Option<Stored>,
     /// Parts of a compound, in order.
     pub children: Vec<Part>,
@@ -79,7 +79,7 @@ pub enum Primitive {
 }
 
 impl Primitive {
-    /// Returns the primitive with a number in the file, or none for unknown numbers.
+    /// Returns the primitive with the given number in the file, or [`Primitive::None`] for unknown numbers.
     pub fn of(number: i32) -> Self {
         use Primitive::*;
         let all = [None, Plane, Disc, Cuboid, Spheroid, Cylinder, Cone, Heightfield, Capsule];
@@ -104,9 +104,9 @@ pub enum Arrays {
 pub struct Leaf {
     /// Color of the outside.
     pub color: Color,
-    /// The location of its arrays.
+    /// The location of the leaf's arrays.
     pub arrays: Arrays,
-    /// The primitive that it represents.
+    /// The primitive that the leaf represents.
     pub primitive: Primitive,
     /// Full extents of the primitive, m.
     pub size: [f64; 3],
@@ -116,11 +116,11 @@ pub struct Leaf {
     pub old_frame: Stored,
     /// Bits: 0 edges, 1 culling, 2 wireframe.
     pub bits: u8,
-    /// Whether it is marked convex.
+    /// Whether the leaf is marked as convex.
     pub convex: bool,
     /// Number of points of a heightfield along x and y; 0 for other leaves.
     pub heights: [i32; 2],
-    /// Span of the heights, and whether they have 8 bytes each, not 4.
+    /// Span of the heights, and whether they have 8 bytes each instead of 4.
     pub height_data: (Span, bool),
     /// Texture of the surface.
     pub texture: Option<Property>,
@@ -223,7 +223,7 @@ pub const LEAF: &[Tag<Part>] = tags!(Part {
 const LEAF_IGNORED: &[&str] =
     &["Cl2", "Ecl", "Nov", "Vvd", "Nor", "No2", "Ved", "Gsa", "_sa", "Gs2", "_s2", "Cv2", "Uis", "Ups"];
 
-/// Reads `Gst` or `Geo`: the part's elements, then the leaf's.
+/// Reads `Gst` or `Geo`: the elements of a part and of its leaf.
 pub fn read_leaf(c: &mut Cursor<'_>, unknown: &mut Unknowns) -> Read<Part> {
     let mut part = Part::default();
     object(c, PART, PART_IGNORED, &mut part, unknown)?;
@@ -239,7 +239,7 @@ pub fn read_wrapper(c: &mut Cursor<'_>, unknown: &mut Unknowns) -> Read<Part> {
     Ok(part)
 }
 
-/// Reads `Ge2`: the root.
+/// Reads `Ge2`: the root part.
 pub fn read_tree(c: &mut Cursor<'_>, unknown: &mut Unknowns) -> Read<Option<Part>> {
     let mut root = None;
     let tags = tags!(Option<Part> {

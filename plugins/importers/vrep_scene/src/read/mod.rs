@@ -5,9 +5,9 @@
 //! - one module for each kind of object: [`common`] for the common part, [`shape`], [`joint`], [`sensor`], [`others`];
 //! - parts of these: [`mesh`], [`legacy_mesh`], [`pool`], [`color`], [`material`], [`texture`], [`volume`], [`pose`],
 //!   [`data`];
-//! - sections beside objects: [`script`], [`settings`], [`registered`];
-//! - [`surface`]: the triangles of a mesh; [`unknown`]: elements that are not understood; [`made`]: small files for
-//!   tests.
+//! - sections other than objects: [`script`], [`settings`], [`registered`];
+//! - [`surface`]: the triangles of a mesh; [`unknown`]: elements that are unknown to the reader; [`made`]: small files
+//!   for tests.
 
 pub mod color;
 pub mod common;

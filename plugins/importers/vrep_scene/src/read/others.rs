@@ -1,4 +1,4 @@
-//! Dummies, cameras, lights, paths and graphs, and objects of which only the common part is read.
+//! Dummies, cameras, lights, paths and graphs: the specific parts of these objects.
 
 use super::{
     color::{self, Color},
@@ -11,7 +11,7 @@ use super::{
 /// A dummy.
 #[derive(Debug, Clone)]
 pub struct Dummy {
-    /// Handle of the dummy that it is linked to; -1: none.
+    /// Handle of the dummy to which this dummy is linked; -1: none.
     pub link: i32,
     /// 0 closes a dynamic loop, 1 applies a pulling force, 5 tip and target, 8 none; others are obsolete.
     pub link_type: i32,
@@ -29,7 +29,7 @@ pub const DUMMY: &[Tag<Dummy>] = tags!(Dummy {
     "Dl2" => |d, c, _| Ok(d.link_type = c.i32()?),
 });
 
-/// Known elements, for the user interface and other engines.
+/// Known elements that are not used, for the user interface and other engines.
 pub const DUMMY_IGNORED: &[&str] =
     &["Dy2", "_y2", "Atg", "Var", "Po4", "Po5", "_o5", "Cl0", "Mj1", "_j1", "Dla", "Cv2", "Dlt", "Pob"];
 
@@ -40,9 +40,9 @@ pub struct Camera {
     pub sees: [f64; 2],
     /// Near and far clipping planes, m.
     pub clip: [f64; 2],
-    /// Bits: 2 perspective; before 3.3.
+    /// Bits: 2 perspective projection; before 3.3.
     pub bits: u8,
-    /// Projection: -1 the same as that of its view, 0 orthographic, 1 perspective.
+    /// Projection: -1 as in the view that shows the camera's image, 0 orthographic, 1 perspective.
     pub perspective: Option<i32>,
 }
 
@@ -54,7 +54,7 @@ pub const CAMERA: &[Tag<Camera>] = tags!(Camera {
     "Cpm" => |k, c, _| Ok(k.perspective = Some(c.i32()?)),
 });
 
-/// Known elements, for the user interface and other renderers.
+/// Known elements that are not used, for the user interface and other renderers.
 pub const CAMERA_IGNORED: &[&str] =
     &["Cp4", "_p4", "Ca2", "Rmd", "Rm2", "Cmp", "Cl1", "Cl2", "Rcm", "Pv1", "Var", "Cv2"];
 
@@ -79,7 +79,7 @@ pub const LIGHT: &[Tag<Light>] = tags!(Light {
     "Cl2" => |l, c, u| Ok(l.color = Some(color::read(c, u)?)),
 });
 
-/// Known elements, for other renderers.
+/// Known elements that are not used, for other renderers.
 pub const LIGHT_IGNORED: &[&str] = &["Caf", "_af", "Cl1", "Pfd", "Var", "Cv2"];
 
 /// A control point of a path.
@@ -87,9 +87,9 @@ pub const LIGHT_IGNORED: &[&str] = &["Caf", "_af", "Cl1", "Pfd", "Var", "Cv2"];
 pub struct PathPoint {
     /// Pose in the frame of the path.
     pub pose: Stored,
-    /// Fractions of the segments before and after it that are rounded, and the number of points of the arc.
+    /// Rounded fractions of the segments before and after the point, and the number of points of the arc.
     pub bezier: ([f64; 2], i32),
-    /// Velocity, as a fraction of the path's.
+    /// Velocity, as a fraction of that of the path.
     pub velocity: f64,
 }
 
@@ -116,7 +116,7 @@ pub const PATH: &[Tag<Path>] = tags!(Path {
     },
 });
 
-/// Known elements, for the user interface only.
+/// Known elements that are not used, for the user interface.
 pub const PATH_IGNORED: &[&str] = &["Sec", "_ec", "Sha", "Pss", "Scl", "Var", "Cv2", "_ha", "_ss"];
 
 fn point(c: &mut Cursor<'_>, unknown: &mut Unknowns) -> Read<PathPoint> {
@@ -139,7 +139,7 @@ pub struct Stream {
     pub name: String,
     /// Number of the stream.
     pub id: i32,
-    /// Kind of data that is recorded, as a number of the API; before 4.0.
+    /// Kind of the recorded data, as a number of the API; before 4.0.
     pub data: i32,
     /// The object whose data is recorded; before 4.0.
     pub object: i32,
@@ -147,16 +147,16 @@ pub struct Stream {
     pub color: [f64; 3],
     /// Unit of the values; since 4.0.
     pub unit: String,
-    /// Whether it is from before 4.0, filled by the program and not by a script.
+    /// Whether the stream is from before 4.0, when the program filled streams, not a script.
     pub old: bool,
 }
 
 /// A graph.
 #[derive(Debug, Clone)]
 pub struct Graph {
-    /// Number of samples that it stores.
+    /// Maximum number of samples that the graph stores.
     pub buffer: i32,
-    /// Whether it records only on request.
+    /// Whether the graph records only on request.
     pub explicit: bool,
     /// Streams, in order.
     pub streams: Vec<Stream>,
@@ -197,7 +197,7 @@ pub const GRAPH: &[Tag<Graph>] = tags!(Graph {
     },
 });
 
-/// Known elements: curves and recorded values, which are dropped, and those for the user interface.
+/// Known elements that are not used: curves, recorded values, and those for the user interface.
 pub const GRAPH_IGNORED: &[&str] =
     &["Ghg", "_hg", "Cl0", "Cl1", "Gtd", "_td", "Gh2", "Gh3", "Sta", "Cuv", "Cv2", "Col", "Ghr"];
 

@@ -11,11 +11,11 @@ use super::{
 pub enum Indices {
     /// 4-byte integers.
     Plain(Span),
-    /// Differences of one to four bytes, preceded by their count.
+    /// Packed differences of one to four bytes each, preceded by their number.
     Packed(Span),
 }
 
-/// The arrays of `VIN`, as positions in the data; they are decoded when a mesh needs them.
+/// The arrays of `VIN`, as spans of the data; they are decoded when a mesh needs them.
 #[derive(Debug, Clone, Default)]
 pub struct Pool {
     /// Vertex coordinates, 4 bytes each.
@@ -63,13 +63,14 @@ pub fn count(data: &[u8], indices: Indices) -> usize {
         Indices::Plain(span) => span.len / 4,
         Indices::Packed(span) => {
             let told = span.of(data).get(..4).map_or(0, |b| i32::from_le_bytes([b[0], b[1], b[2], b[3]]));
-            // Each takes at least one byte.
+            // Each index occupies at least one byte.
             usize::try_from(told).unwrap_or(0).min(span.len.saturating_sub(4))
         }
     }
 }
 
-/// Decodes packed integers: the two top bits of the first byte give the number of bytes that follow.
+/// Decodes packed integers; the two most significant bits of an integer's first byte are the number of bytes that
+/// follow.
 fn unpack(data: &[u8], span: Span) -> Read<Vec<u32>> {
     const OFFSET: [i64; 4] = [31, 8191, 2_097_151, 536_870_911];
     let bytes = span.of(data);
@@ -105,7 +106,7 @@ mod tests {
         assert_eq!(corners(&data, whole).unwrap(), [0, 1, 2, 2, 40, 0, 10_000]);
         assert_eq!(count(&data, whole), 7);
         for len in 0..data.len() {
-            assert!(corners(&data, Indices::Packed(Span { at: 0, len })).is_err(), "cut at {len}");
+            assert!(corners(&data, Indices::Packed(Span { at: 0, len })).is_err(), "truncated at {len}");
         }
     }
 }

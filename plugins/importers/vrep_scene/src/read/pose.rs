@@ -7,7 +7,7 @@ use super::cursor::{Cursor, Read};
 /// A pose as stored: quaternion w x y z, then position x y z, m.
 pub type Stored = [f64; 7];
 
-/// The default: no rotation, no translation.
+/// The default pose: no rotation, no translation.
 pub const IDENTITY: Stored = [1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0];
 
 /// Reads a quaternion, then a position: used for objects and textures.
@@ -21,7 +21,7 @@ pub fn position_first(c: &mut Cursor<'_>) -> Read<Stored> {
     Ok([a, b, d, e, x, y, z])
 }
 
-/// Converts to an isometry with a unit quaternion. Non-finite numbers are replaced by 0.
+/// Converts a stored pose to an isometry with a unit quaternion. Non-finite numbers are replaced by 0.
 pub fn isometry(stored: &Stored) -> Isometry3<f64> {
     let [w, i, j, k, x, y, z] = stored.map(|x| if x.is_finite() { x } else { 0.0 });
     let q = UnitQuaternion::try_new(Quaternion::new(w, i, j, k), 1e-9).unwrap_or_else(UnitQuaternion::identity);

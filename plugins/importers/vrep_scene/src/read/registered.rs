@@ -1,4 +1,4 @@
-//! Registrations beside the objects of a scene: collections, and, in old versions, collision objects, distance objects,
+//! Entities of a scene that are not objects: collections, and in old versions, collision objects, distance objects,
 //! groups for inverse kinematics, and windows of buttons.
 
 use serde::Serialize;
@@ -16,7 +16,7 @@ pub struct Item {
     pub object: i32,
     /// 0 single object, 1 tree, 2 tree without its base, 3 chain, 4 chain without its tip, 5 all objects.
     pub kind: u8,
-    /// Whether it is subtracted from the collection.
+    /// Whether the item is subtracted from the collection.
     pub remove: bool,
 }
 
@@ -61,9 +61,9 @@ pub struct Pair {
     pub handle: i32,
     /// Handles of the two entities; -1: all objects.
     pub of: [i32; 2],
-    /// Greatest distance that a distance object computes, m; 0: no limit.
+    /// Maximum distance that a distance object computes, m; 0: no limit.
     pub threshold: f64,
-    /// Whether it is computed only on request.
+    /// Whether the pair is evaluated only on request.
     pub explicit: bool,
 }
 
@@ -147,11 +147,11 @@ pub fn ik_group(c: &mut Cursor<'_>, unknown: &mut Unknowns) -> Read<IkGroup> {
 /// A button, label, slider or edit field of a window.
 #[derive(Debug, Clone, Default, Serialize)]
 pub struct Button {
-    /// Type and appearance, bits of the API.
+    /// Bits of the API for the type and appearance.
     pub attributes: i32,
     /// Number of the button in its window.
     pub handle: i32,
-    /// Columns and rows that it spans, then its first column and row.
+    /// Numbers of columns and rows that the button spans, then its first column and row.
     pub cells: [i32; 4],
     /// Labels: normal, and while pressed.
     pub labels: [String; 2],
@@ -166,11 +166,11 @@ pub struct Window {
     pub name: String,
     /// Handle of the window.
     pub handle: i32,
-    /// Handle of the object that it belongs to; -1: none.
+    /// Handle of the object to which the window belongs; -1: none.
     pub object: i32,
-    /// Behaviour, bits of the API.
+    /// Bits of the API for the behaviour.
     pub attributes: i32,
-    /// Columns and rows of cells.
+    /// Numbers of columns and rows.
     pub cells: [i32; 2],
     /// Buttons of the window.
     pub buttons: Vec<Button>,

@@ -1,4 +1,4 @@
-//! Scripts: section `LST`, and `Soo` in script objects. Their sources are deciphered here.
+//! Scripts: the section `LST`, and `Soo` in script objects. Their sources are deciphered here.
 
 use super::{
     cursor::{Cursor, Read, decode},
@@ -9,9 +9,9 @@ use super::{
 
 /// Kind of a main script, which runs the scene.
 pub const MAIN: i32 = 0;
-/// Kind of a child script, which lives from the start to the stop of a run.
+/// Kind of a child script, which exists from the start to the end of a run.
 pub const CHILD: i32 = 1;
-/// Kind of a customization script, which lives as long as the scene.
+/// Kind of a customization script, which exists as long as the scene.
 pub const CUSTOMIZATION: i32 = 6;
 
 /// A script.
@@ -19,17 +19,18 @@ pub const CUSTOMIZATION: i32 = 6;
 pub struct Script {
     /// Number of the script.
     pub id: i32,
-    /// Handle of the object that it belongs to, or -1 for the scene. In a script object, the handle of that object.
+    /// Handle of the object to which the script belongs, or -1 for the scene. For a script in a script object, the
+    /// handle of the script object.
     pub object: i32,
     /// Handle of the script object that contains it.
     pub holder: Option<i32>,
     /// 0 main, 1 child, 6 customization; others are obsolete.
     pub kind: i32,
-    /// Bits: 0 threaded, 1 disabled, 3 clear: default main script, 5 runs in sensing.
+    /// Bits: 0 threaded, 1 disabled, 3 customized main script, 5 runs in sensing.
     pub bits: u8,
     /// Order among scripts; before 4.4.
     pub order: i32,
-    /// The source, deciphered, without trailing zeros; it includes a line that names its language.
+    /// The deciphered source, without trailing zeros; the first line may state its language.
     pub text: Vec<u8>,
     /// Language; since 4.7.
     pub language: Option<String>,
@@ -136,13 +137,13 @@ impl Script {
         let text = decode(&self.text);
         let (first, rest) = text.split_once('\n').unwrap_or((text.as_str(), ""));
         match first.trim() {
-            // An empty line remains, so that messages have the line numbers of the file.
+            // Retain an empty line, so that line numbers in messages are those of the file.
             "--lua" => format!("\n{rest}"),
             _ => text,
         }
     }
 
-    /// Returns the handle of the object that the script belongs to, unless it is in a script object.
+    /// Returns the handle of the object to which the script belongs, if the script is not in a script object.
     pub fn owner(&self) -> i32 {
         [self.object, self.customized, self.called_back].into_iter().find(|h| *h >= 0).unwrap_or(-1)
     }

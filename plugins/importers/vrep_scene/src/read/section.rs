@@ -1,14 +1,15 @@
-//! The grammar of files: elements of a tag, a length and that many bytes, in objects that end with `EOO`.
+//! The grammar of files: objects consist of elements and end with `EOO`; an element consists of a tag, a length, and a
+//! payload of this length.
 //!
-//! The elements of an object are listed in a table of [`Tag`]s. Where a quantity has an older tag, with 4-byte numbers,
-//! and a newer one, with 8-byte numbers, one row serves both.
+//! The elements of an object are listed in a table of [`Tag`]s. If a quantity has an older tag, with 4-byte numbers,
+//! and a newer one, with 8-byte numbers, a single row describes both.
 
 use super::{
     cursor::{Cursor, Read, Span},
     unknown::Unknowns,
 };
 
-/// Reads the payload of an element into `T`.
+/// A function that reads the payload of an element into `T`.
 pub type Reader<T> = fn(&mut T, &mut Cursor<'_>, &mut Unknowns) -> Read;
 
 /// A row of a table: the meaning of an element.
@@ -35,14 +36,14 @@ macro_rules! tags {
 }
 pub(crate) use tags;
 
-/// The way in which an object ends.
+/// The marker that ends an object.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum End {
     /// `EOO`, or the end of the bytes.
     Object,
-    /// `NXT`: the part specific to its kind follows.
+    /// `NXT`, after which the part specific to the object's kind follows.
     Next,
-    /// `EOF`.
+    /// `EOF`, the end of the file.
     File,
 }
 
@@ -54,7 +55,7 @@ pub struct Element<'a> {
     pub body: Cursor<'a>,
 }
 
-/// Reads the next element, or the end.
+/// Reads the next element or end marker.
 pub fn next<'a>(c: &mut Cursor<'a>) -> Read<Result<Element<'a>, End>> {
     if c.left() == 0 {
         return Ok(Err(End::Object));
@@ -70,15 +71,15 @@ pub fn next<'a>(c: &mut Cursor<'a>) -> Read<Result<Element<'a>, End>> {
     let tag: String = raw.iter().map(|b| if b.is_ascii_graphic() { char::from(*b) } else { '?' }).collect();
     let length = c.count().map_err(|e| e.within(&tag))?;
     if length > c.left() {
-        let what = format!("the section declares {length} bytes, but only {} are left", c.left());
+        let what = format!("the section declares {length} bytes, but only {} remain", c.left());
         return Err(super::cursor::Broken::new(at, what).within(&tag));
     }
     let body = c.part(length, false).map_err(|e| e.within(&tag))?;
     Ok(Ok(Element { tag, body }))
 }
 
-/// Reads an object by its table; elements that are not in the table are recorded as unknown, those in `ignored` are
-/// skipped.
+/// Reads an object with its table of tags. Elements whose tags are in `ignored` are skipped; all other elements that
+/// are not in the table are recorded as unknown.
 pub fn object<T>(
     c: &mut Cursor<'_>,
     tags: &[Tag<T>],

@@ -12,17 +12,17 @@ pub struct Proximity {
     pub kind: i32,
     /// The detection volume.
     pub volume: Volume,
-    /// Handle of the object or collection that it detects; -1: all.
+    /// Handle of the object or collection that the sensor detects; -1: all objects.
     pub entity: i32,
     /// Bits of the sensor's technology: 0x10 ultrasonic to 0x100 capacitive.
     pub waves: i32,
-    /// Greatest angle to the surface normal, rad.
+    /// Maximum angle to the surface normal, rad.
     pub angle: f64,
     /// Whether `angle` applies regardless of the bits; since 4.10.
     pub angle_alone: bool,
     /// Bits: 1 nearest point, 2 angle limit, 4 no front faces, 5 no back faces, 7 only on request.
     pub bits: u8,
-    /// Randomized rays: the number of rays, and of hits that are required.
+    /// For randomized rays, the number of rays, and the number of hits required.
     pub random: Option<[i32; 2]>,
 }
 
@@ -64,7 +64,7 @@ pub struct Vision {
     pub clip: [f64; 4],
     /// Resolution: columns, rows.
     pub resolution: [i32; 2],
-    /// Handle of the entity that it renders; -1: all.
+    /// Handle of the object or collection that the sensor renders; -1: all objects.
     pub entity: i32,
     /// Background color: red, green, blue.
     pub background: [f64; 3],
@@ -141,11 +141,11 @@ pub const VISION_IGNORED: &[&str] = &[
 pub struct Force {
     /// Bits: 0 force threshold, 1 torque threshold.
     pub bits: u8,
-    /// Thresholds above which it breaks, N and N m, and the number of consecutive measurements.
+    /// Thresholds above which the sensor breaks, N and N m, and the number of consecutive measurements required.
     pub threshold: ([f64; 2], i32),
-    /// Number of measurements that are combined.
+    /// Number of measurements that the filter combines.
     pub samples: i32,
-    /// 0 average, 1 median.
+    /// Filter: 0 mean, 1 median.
     pub filter: i32,
 }
 

@@ -1,4 +1,4 @@
-//! Settings of the whole scene: sections `SIM`, `DYN`, `ENV`, `SET`.
+//! Settings of the whole scene: the sections `SIM`, `DYN`, `ENV` and `SET`.
 
 use super::{
     cursor::{Cursor, Read},
@@ -10,7 +10,7 @@ use super::{
 /// Simulation settings of a scene. A model has none.
 #[derive(Debug, Clone, Default)]
 pub struct Settings {
-    /// Whether any of these sections was present.
+    /// Whether the file contains any of these sections.
     pub there: bool,
     step: [Option<f64>; 3],
     step_index: Option<i32>,
@@ -26,11 +26,11 @@ pub struct Settings {
     /// Gravity, m/s^2.
     pub gravity: Option<[f64; 3]>,
     physics_step: Option<f64>,
-    /// Parameters of Bullet; the first one is its step.
+    /// Parameters of Bullet; the first one is the physics step.
     pub bullet: EngineBlock,
     /// Parameters of ODE.
     pub ode: EngineBlock,
-    /// Parameters of Vortex, Newton, MuJoCo.
+    /// Parameters of Vortex, Newton and MuJoCo.
     pub others: [EngineBlock; 3],
     /// Whether physics is disabled.
     pub dynamics_off: bool,
@@ -42,7 +42,7 @@ pub struct Settings {
     pub off: Vec<&'static str>,
 }
 
-/// Steps that old files refer to by index, s.
+/// Steps to which old files refer by index, s.
 const STEPS: [f64; 5] = [0.2, 0.1, 0.05, 0.025, 0.01];
 
 impl Settings {
@@ -86,8 +86,8 @@ pub fn simulation(s: &mut Settings, c: &mut Cursor<'_>, unknown: &mut Unknowns) 
     object(c, tags, IGNORED, s, unknown).map(drop)
 }
 
-/// Rounds a number stored in 4 bytes to its shortest decimal form: 0.05, not 0.05000000074505806. Newer files store
-/// such numbers in 8 bytes.
+/// Converts a number stored in 4 bytes to the value of its shortest decimal form: 0.05, not 0.05000000074505806. Newer
+/// files store such numbers in 8 bytes.
 fn short(x: f64) -> f64 {
     if f64::from(x as f32) == x { (x as f32).to_string().parse().unwrap_or(x) } else { x }
 }

@@ -10,21 +10,21 @@ use super::{
 /// A shape.
 #[derive(Debug, Clone)]
 pub struct Shape {
-    /// The root of its mesh tree.
+    /// The root of the shape's mesh tree.
     pub root: Option<Part>,
     /// Shared arrays of serialization 15.
     pub shared: Option<Shared>,
     /// Material of the shape; since 3.4.
     pub material: Option<Material>,
-    /// Collision mask: low byte within its tree, high byte with others.
+    /// Collision mask: the low byte applies within a tree of objects, the high byte between trees.
     pub mask: u16,
     /// Initial linear, then angular velocity, m/s and rad/s.
     pub velocity: [f64; 6],
-    /// Whether physics moves it.
+    /// Whether physics moves the shape.
     pub dynamic: bool,
-    /// Whether it starts asleep.
+    /// Whether the shape initially sleeps.
     pub asleep: bool,
-    /// Whether it collides.
+    /// Whether the shape collides.
     pub respondable: bool,
 }
 

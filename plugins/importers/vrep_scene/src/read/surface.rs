@@ -16,17 +16,17 @@ use super::{
 pub struct Surface {
     /// Points in the frame of the vertices, m.
     pub points: Vec<[f64; 3]>,
-    /// Indices of three points each, from 0.
+    /// Three zero-based point indices per triangle.
     pub triangles: Vec<[u32; 3]>,
 }
 
 /// A leaf, and its vertex frame in the frame of the shape.
 pub struct Placed<'a> {
-    /// The part that holds the leaf.
+    /// The part that contains the leaf.
     pub part: &'a Part,
     /// The leaf.
     pub leaf: &'a Leaf,
-    /// Transform from the vertex frame to the shape.
+    /// Transform from the vertex frame to the frame of the shape.
     pub frame: Isometry3<f64>,
 }
 
@@ -94,13 +94,13 @@ impl File {
             return Err(broken(format!("a triangle refers to point {i}, but there are only {}", points.len())));
         }
         if points.iter().flatten().any(|x| !x.is_finite()) {
-            return Err(broken("a coordinate is not a number".into()));
+            return Err(broken("a coordinate of a point is not finite".into()));
         }
         Ok(compact(&points, triangles))
     }
 }
 
-/// Removes points that no triangle uses: the arrays may be those of a whole shape.
+/// Removes points that no triangle uses, because the arrays may be those of a whole shape.
 fn compact(points: &[[f32; 3]], mut triangles: Vec<[u32; 3]>) -> Surface {
     let mut places = vec![u32::MAX; points.len()];
     let mut used = Vec::with_capacity(points.len());
@@ -124,7 +124,7 @@ impl Surface {
         self
     }
 
-    /// Returns the lowest and highest coordinates.
+    /// Returns the minimum and maximum coordinates, or `None` if there are no points.
     pub fn bounds(&self) -> Option<([f64; 3], [f64; 3])> {
         let mut points = self.points.iter();
         let first = *points.next()?;

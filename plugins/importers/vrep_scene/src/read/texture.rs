@@ -16,7 +16,7 @@ pub struct Texture {
     pub size: [i32; 2],
     /// Name of the texture.
     pub name: String,
-    /// Whether pixels have 4 bytes, not 3.
+    /// Whether pixels have 4 bytes instead of 3.
     pub alpha: bool,
     /// Pixel data, row by row.
     pub pixels: Span,
@@ -47,7 +47,7 @@ pub fn read(c: &mut Cursor<'_>, unknown: &mut Unknowns) -> Read<Texture> {
 pub struct Property {
     /// Number of the image, or handle of the vision sensor that provides it.
     pub texture: i32,
-    /// The way in which texture coordinates are computed.
+    /// Number of the mapping that computes texture coordinates.
     pub mode: i32,
     /// Scale along u and v.
     pub scale: [f64; 2],
@@ -55,9 +55,9 @@ pub struct Property {
     pub pose: Stored,
     /// Whether colors between pixels are interpolated.
     pub smooth: bool,
-    /// Whether it repeats along u and v.
+    /// Whether the image repeats along u and v.
     pub repeat: [bool; 2],
-    /// What it does to the color of the shape: 0 modulates, 1 covers, 2 adds.
+    /// How the image is combined with the color of the shape: 0 modulates it, 1 covers it, 2 is added to it.
     pub apply: i32,
 }
 

@@ -1,4 +1,4 @@
-//! Records elements that are not understood, so that nothing is lost silently.
+//! Records elements that are unknown to the reader, so that no data is lost silently.
 
 use std::collections::BTreeMap;
 
@@ -23,8 +23,8 @@ pub struct Unknowns {
     path: Vec<String>,
 }
 
-/// Limit on paths, and on positions stored per path; further ones are only counted, because malformed files can have
-/// any number.
+/// Maximum number of paths, and of positions stored per path; further elements are only counted, because malformed
+/// files can contain any number of them.
 const MOST: usize = 1000;
 
 impl Unknowns {
@@ -32,7 +32,7 @@ impl Unknowns {
     pub fn enter(&mut self, tag: &str) {
         self.path.push(tag.to_owned());
     }
-    /// Leaves the section.
+    /// Leaves the current section.
     pub fn leave(&mut self) {
         self.path.pop();
     }

@@ -1,4 +1,4 @@
-//! Detection volumes of proximity sensors and mills, along z of their object.
+//! Detection volumes of proximity sensors and mills, along the z axis of their object.
 
 use super::{
     cursor::{Cursor, Read},
@@ -25,9 +25,9 @@ pub struct Volume {
     pub radius_far: f64,
     /// Full opening angle of a cone or disc, rad.
     pub angle: f64,
-    /// Fraction of the opening angle that is left out, 0 to 1.
+    /// Fraction of the opening angle that is excluded, 0 to 1.
     pub inside: f64,
-    /// Smallest distance that is detected, m, if enabled.
+    /// Minimum distance that is detected, m, if enabled.
     pub smallest: Option<f64>,
     threshold: f64,
 }

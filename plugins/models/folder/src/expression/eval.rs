@@ -5,10 +5,10 @@ use std::{cell::Cell, collections::BTreeMap};
 use super::{functions, parse::Tree, room::Room, value::Value};
 use crate::wrong::{Result, Wrong};
 
-/// The values of names.
+/// Values by name.
 pub type Names = BTreeMap<String, Value>;
 
-/// Most values that the lists `[... for ...]` of an expression compute in all.
+/// Maximum total number of values that the lists `[... for ...]` of an expression may compute.
 const MOST_VALUES: usize = 10_000;
 
 /// The names that a part of an expression can use.
@@ -17,9 +17,9 @@ pub struct Scope<'a> {
     names: &'a Names,
     /// The name of the innermost `for`, its value, and the scope around it.
     inner: Option<(&'a str, &'a Value, &'a Scope<'a>)>,
-    /// How many values lists may still compute.
+    /// Number of values that lists may still compute.
     left: &'a Cell<usize>,
-    /// How much may still be computed.
+    /// Remaining room for results.
     room: &'a Room,
 }
 
@@ -46,7 +46,7 @@ fn eval(tree: &Tree, names: &Scope<'_>) -> Result<Value> {
         Tree::Name(name) => named(name, names)?,
         Tree::Call(name, args) if name == "if" => {
             let [condition, yes, no] = &args[..] else {
-                return Err(Wrong::new(format!("`if` takes a condition and two values, found {}", args.len())));
+                return Err(Wrong::new(format!("`if` requires a condition and two values, found {}", args.len())));
             };
             return eval(if truth(&eval(condition, names)?, "the condition of `if`")? { yes } else { no }, names);
         }
@@ -71,7 +71,7 @@ fn all(trees: &[Tree], names: &Scope<'_>) -> Result<Vec<Value>> {
     trees.iter().map(|t| eval(t, names)).collect()
 }
 
-/// Returns an element of a list, or of a list in it.
+/// Returns an element of a list, or of a list nested in it.
 fn indexed(list: &Tree, indices: &[Tree], names: &Scope<'_>) -> Result<Value> {
     // A long list is not copied for one of its elements.
     let kept = if let Tree::Name(name) = list { names.get(name) } else { None };
@@ -83,10 +83,10 @@ fn indexed(list: &Tree, indices: &[Tree], names: &Scope<'_>) -> Result<Value> {
     Ok(at.clone())
 }
 
-/// Applies an operator to a value and to what is on its right.
+/// Applies an operator to a value and its right operand.
 fn applied(operator: &str, left: Value, right: &Tree, names: &Scope<'_>) -> Result<Value> {
     let value = match operator {
-        // The right side of these counts only if the left one does not decide.
+        // The right side of these operators is evaluated only if the left side does not determine the result.
         "and" | "or" => {
             let side = format!("a side of `{operator}`");
             let left = truth(&left, &side)?;
@@ -111,7 +111,7 @@ fn applied(operator: &str, left: Value, right: &Tree, names: &Scope<'_>) -> Resu
     Ok(value)
 }
 
-/// Returns the list of what an expression yields for each element of a list, or for 0 to n - 1.
+/// Returns the list of results of an expression for each element of a list, or for 0 to n - 1.
 fn listed(each: &Tree, name: &str, of: &Value, scope: &Scope<'_>) -> Result<Value> {
     let value = |value: &Value| {
         let left = scope.left.get().checked_sub(1);
@@ -157,7 +157,7 @@ pub fn truth(value: &Value, what: &str) -> Result<bool> {
 
 fn element<'v>(list: &'v Value, index: &Value) -> Result<&'v Value> {
     let (Value::List(all), Value::Number(i)) = (list, index) else {
-        let text = format!("an element of {} cannot be taken by {}", list.describe(), index.describe());
+        let text = format!("an element of {} cannot be selected by {}", list.describe(), index.describe());
         return Err(Wrong::new(text).help("elements of lists are numbered from 0"));
     };
     let at = if *i >= 0.0 && *i == libm::floor(*i) { all.get(*i as usize) } else { None };
@@ -190,7 +190,7 @@ fn scaled(value: Value, f: &dyn Fn(f64) -> Result<f64>, operator: &str) -> Resul
     }
 }
 
-/// Computes with numbers, with lists of equal length element by element, and with a list and a number.
+/// Applies an arithmetic operator to numbers, to lists of equal length element by element, or to a list and a number.
 fn arithmetic(operator: &str, left: Value, right: Value) -> Result<Value> {
     match (left, right) {
         (Value::Number(a), Value::Number(b)) => number(operator, a, b).map(Value::Number),

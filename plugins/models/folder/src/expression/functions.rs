@@ -1,4 +1,4 @@
-//! The functions of expressions. Those that decide bits are from `libm`, which has the same on every processor.
+//! The functions of expressions. Those whose results may differ between platforms are from `libm`.
 
 use super::value::Value;
 use crate::wrong::{Result, Wrong};
@@ -33,7 +33,7 @@ pub const FUNCTIONS: &[&str] = &[
 
 /// Calls a function other than `if`, whose arguments are evaluated first.
 pub fn call(name: &str, args: &[Value]) -> Result<Value> {
-    let wrong = |wanted: &str| Wrong::new(format!("`{name}` takes {wanted}, found {}", found(args)));
+    let wrong = |wanted: &str| Wrong::new(format!("`{name}` requires {wanted}, found {}", found(args)));
     if let Some((_, function)) = ONE.iter().find(|(n, _)| *n == name) {
         let [Value::Number(x)] = args else { return Err(wrong("one number")) };
         let y = function(*x);

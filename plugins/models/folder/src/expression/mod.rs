@@ -1,7 +1,7 @@
 //! Arithmetic over parameters: `=height / 2`, `=if(preset == 'wide', 0.4, 0.3)`, `=color[0]`.
 //!
-//! - `value`: what an expression yields; `parse`: from text to a tree; `eval`: from a tree to a value; `functions`: the
-//!   functions that expressions can call; `room`: how much they may compute.
+//! - `value`: values of expressions; `parse`: converts a text to a tree; `eval`: evaluates a tree; `functions`: the
+//!   functions that expressions can call; `room`: limits the size of results.
 
 mod eval;
 mod functions;

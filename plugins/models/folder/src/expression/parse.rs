@@ -18,11 +18,11 @@ use crate::wrong::{Result, Wrong};
 
 /// Maximum nesting depth.
 const DEEPEST: usize = 60;
-/// Longest expression, in bytes.
+/// Maximum length of an expression, bytes.
 const LONGEST: usize = 64 << 10;
 
-/// An expression. Operators in a row and indices in a row are one node each, so that a tree is no deeper than the
-/// parser recursed: what evaluates or drops it recurses too.
+/// An expression. A sequence of operators or of indices is one node, so that the depth of a tree is limited by that of
+/// the parser's recursion; evaluation and drop are recursive, too.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Tree {
     Number(f64),
@@ -30,21 +30,21 @@ pub enum Tree {
     Name(String),
     List(Vec<Tree>),
     Call(String, Vec<Tree>),
-    /// A value, and the name that stands for each element of a list in it.
+    /// An expression, the name in it that stands for an element, and the list of elements.
     Each(Box<Tree>, String, Box<Tree>),
-    /// A list, and the indices that follow it.
+    /// A list, and the indices applied to it.
     Index(Box<Tree>, Vec<Tree>),
     Negative(Box<Tree>),
     Not(Box<Tree>),
-    /// A value, and operators of equal binding with the values on their right, applied from left to right.
+    /// A value, and operators of equal precedence with their right operands, applied from left to right.
     Row(Box<Tree>, Vec<(&'static str, Tree)>),
 }
 
-/// Reads an expression.
+/// Parses an expression.
 pub fn parse(text: &str) -> Result<Tree> {
     if text.len() > LONGEST {
         return Err(Wrong::new(format!("the expression has {} bytes, more than {LONGEST}", text.len()))
-            .help("divide it among several numbers in [model.numbers]"));
+            .help("split it into several numbers in [model.numbers]"));
     }
     let mut parser = Parser { rest: text, depth: 0 };
     let tree = parser.any()?;
@@ -59,9 +59,9 @@ struct Parser<'a> {
     depth: usize,
 }
 
-/// Operators between two values, from the weakest binding to the strongest. Longer ones come first.
+/// Binary operators, from the weakest binding to the strongest. Within a level, longer ones come first.
 const LEVELS: &[&[&str]] = &[&["or"], &["and"], &["==", "!=", "<=", ">=", "<", ">"], &["+", "-"], &["*", "/", "%"]];
-/// The level of comparisons, above which `not` stands.
+/// The level of comparisons; `not` binds more weakly.
 const COMPARES: usize = 2;
 
 impl Parser<'_> {
@@ -140,7 +140,7 @@ impl Parser<'_> {
         }
         if first == '\'' || first == '"' {
             let inner = &rest[1..];
-            let end = inner.find(first).ok_or_else(|| Wrong::new(format!("the text {rest} does not end")))?;
+            let end = inner.find(first).ok_or_else(|| Wrong::new(format!("the text {rest} has no closing quote")))?;
             self.rest = &inner[end + 1..];
             return Ok(Tree::Text(inner[..end].to_owned()));
         }
@@ -159,7 +159,7 @@ impl Parser<'_> {
         }
     }
 
-    /// Reads a list after its bracket: its elements, or `x for name in y`.
+    /// Parses a list after its opening bracket: its elements, or `x for name in y`.
     fn elements(&mut self) -> Result<Tree> {
         if self.takes("]") {
             return Ok(Tree::List(Vec::new()));
@@ -221,7 +221,7 @@ impl Parser<'_> {
         }
     }
 
-    /// Skips a word or sign, if it is next.
+    /// Skips a word or symbol if it is next; returns whether it was.
     fn takes(&mut self, what: &str) -> bool {
         let rest = self.rest.trim_start();
         let Some(after) = rest.strip_prefix(what) else { return false };

@@ -1,16 +1,17 @@
-//! How much expressions may compute: values that double from one constant to the next must not fill the memory.
+//! Limits the size of results: values that double from one constant to the next must not exhaust memory.
 
 use std::cell::Cell;
 
 use super::value::Value;
 use crate::wrong::{Result, Wrong};
 
-/// Most numbers and bytes of texts that expressions with one room compute, intermediate values included.
+/// Maximum total of numbers and bytes of texts that expressions sharing one room may compute, including intermediate
+/// values.
 const MOST: usize = 4 << 20;
-/// Deepest nesting of lists. Readers of TOML take little more.
+/// Maximum nesting depth of lists, slightly less than that of TOML parsers.
 const DEEPEST: usize = 60;
 
-/// What expressions that belong together may still compute.
+/// The remaining amount of results for a group of expressions.
 #[derive(Debug)]
 pub struct Room(Cell<usize>);
 
@@ -21,16 +22,16 @@ impl Default for Room {
 }
 
 impl Room {
-    /// Takes the room that a value needs.
+    /// Subtracts the size of a value; returns an error if the limit is exceeded.
     pub fn take(&self, value: &Value) -> Result {
         let left = self.0.get().checked_sub(size(value, 0)?);
         let wrong = || Wrong::new(format!("expressions compute more than {MOST} numbers and characters"));
-        self.0.set(left.ok_or_else(|| wrong().help("values are limited so that a model cannot fill the memory"))?);
+        self.0.set(left.ok_or_else(|| wrong().help("the limit prevents a model from exhausting memory"))?);
         Ok(())
     }
 }
 
-/// Returns how many numbers and bytes of texts a value has.
+/// Returns the number of numbers and bytes of texts in a value.
 fn size(value: &Value, depth: usize) -> Result<usize> {
     Ok(match value {
         Value::Number(_) | Value::Bool(_) => 1,

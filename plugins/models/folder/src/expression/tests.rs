@@ -77,17 +77,17 @@ fn errors_say_what_is_wrong_and_what_to_do() {
         ("quite_another", "no parameter or number `quite_another`", "known are arm, color"),
         ("sqr(2)", "no function `sqr`", "did you mean `sqrt`?"),
         ("sqrt(-1)", "`sqrt(-1)` is not defined", ""),
-        ("sqrt('a')", "`sqrt` takes one number, found the text 'a'", ""),
+        ("sqrt('a')", "`sqrt` requires one number, found the text 'a'", ""),
         ("preset + 1", "`+` does not work between the text 'wide' and the number 1", ""),
         ("preset == 1", "`==` does not work between", ""),
         ("if(1, 2, 3)", "the condition of `if` must be true or false, found the number 1", ""),
-        ("if(arm, 2)", "`if` takes a condition and two values, found 2", ""),
+        ("if(arm, 2)", "`if` requires a condition and two values, found 2", ""),
         ("color[3]", "no element 3 in a list of 3", "numbered from 0"),
         ("length[0]", "an element of the number 0.4", "numbered from 0"),
         ("1 +", "expected a value, found the end", ""),
         ("1 2", "expected an operator or the end of the expression, found `2`", ""),
         ("(1", "expected `)`, found the end", ""),
-        ("'a", "the text 'a does not end", ""),
+        ("'a", "the text 'a has no closing quote", ""),
         ("1.2.3", "`1.2.3` is not a number", ""),
         ("1 < 2 < 3", "found `< 3`", ""),
         ("10 ^ 400", "not a finite number", ""),
@@ -95,7 +95,7 @@ fn errors_say_what_is_wrong_and_what_to_do() {
         ("[i for i in 1.5]", "expected a list or a whole number, found the number 1.5", "`for i in 3` counts"),
         ("[i for pi in 3]", "`pi` has a meaning", ""),
         ("[i for i of 3]", "expected `in`", ""),
-        ("flat(1)", "`flat` takes one list, found the number 1", ""),
+        ("flat(1)", "`flat` requires one list, found the number 1", ""),
         ("[j for i in 3]", "no parameter or number `j`", ""),
         ("[i for i in 10001]", "more than 10000 values", ""),
         ("len([[i for i in 200] for k in 200])", "more than 10000 values", ""),
@@ -111,7 +111,7 @@ fn errors_say_what_is_wrong_and_what_to_do() {
 
 #[test]
 fn long_expressions_need_no_deep_stack() {
-    // On a small stack, what recursed for each operator or index would overflow.
+    // A recursion per operator or index would overflow a small stack.
     let small = || {
         let sum = format!("1{}", "+1".repeat(30_000));
         assert_eq!(evaluate(&sum, &names()).unwrap(), Value::Number(30_001.0));

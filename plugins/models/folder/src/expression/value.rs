@@ -4,7 +4,7 @@ use tatu_plugin_api::safe;
 
 use crate::wrong::{Result, Wrong};
 
-/// How many characters of a text messages quote.
+/// Maximum number of characters of a text that messages quote.
 const LONGEST: usize = 80;
 
 /// A value.
@@ -12,11 +12,11 @@ const LONGEST: usize = 80;
 pub enum Value {
     /// A number; integers are numbers without a fraction.
     Number(f64),
-    /// True or false.
+    /// A boolean.
     Bool(bool),
     /// A text.
     Text(String),
-    /// Several values: a vector, or a list of vectors.
+    /// A list of values, such as a vector or a list of vectors.
     List(Vec<Value>),
 }
 
@@ -45,7 +45,7 @@ impl Value {
         })
     }
 
-    /// Converts a value of TOML; none for dates and tables.
+    /// Converts a value of TOML; returns `None` for dates and tables.
     pub fn of_toml(value: &toml_edit::Value) -> Option<Value> {
         use toml_edit::Value as T;
         Some(match value {
@@ -58,7 +58,7 @@ impl Value {
         })
     }
 
-    /// Converts a value of the host; none for values that expressions do not know.
+    /// Converts a value of the host; returns `None` for types that expressions do not support.
     pub fn of_host(value: &safe::Value) -> Option<Value> {
         use safe::Value as H;
         Some(match value {
@@ -89,7 +89,7 @@ impl Value {
     }
 }
 
-/// A basic string of TOML, without line breaks.
+/// Returns a text as a TOML basic string, without line breaks.
 fn quoted(text: &str) -> String {
     let mut out = String::from('"');
     for c in text.chars() {

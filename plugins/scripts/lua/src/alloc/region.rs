@@ -3,11 +3,11 @@
 use crate::system;
 
 const ALIGN: usize = 4 << 30;
-/// Address space left to the rest of the program. If scripts reserved all of it, the next ordinary allocation would
-/// fail and end the program. If less than this is free, scripts use the system's allocator.
+/// Number of bytes of address space left to the rest of the program. If scripts reserved all address space, the next
+/// ordinary allocation would fail and abort the program. If less than this is free, scripts use the system's allocator.
 const LEFT: usize = 1 << 30;
 
-/// Reserved address space that begins at a multiple of 4 GiB. It uses no memory until committed.
+/// Reserved address space that begins at a multiple of 4 GiB, and does not use memory until committed.
 pub(super) struct Region {
     mapped: *mut u8,
     bytes: usize,
@@ -25,8 +25,8 @@ impl Region {
             // SAFETY: `probe` was reserved above with the same size, and nothing refers to it.
             unsafe { system::free(probe, bytes + LEFT) };
         }
-        // Try without padding first: where address space is limited (`ulimit -v`), 4 GiB more per script would be too
-        // much.
+        // Try without padding first, because 4 GiB of padding per script could exceed a limit of the address space
+        // (`ulimit -v`).
         let base = system::reserve_aligned(bytes, ALIGN);
         if !base.is_null() {
             return Some(Region { mapped: base, bytes, base });

@@ -39,7 +39,7 @@ fn addresses_repeat_and_the_limit_holds() {
     if mapped {
         assert_eq!(first, run().1);
     } else {
-        println!("skipped: this system reserves no address space");
+        println!("skipped: this system cannot reserve address space");
     }
 }
 
@@ -60,7 +60,7 @@ fn sorted_free_lists_are_left_alone() {
         slot.sort_free_lists();
         assert_eq!((free(), slot.top.get()), before);
         slot.free_block(all[3], 100);
-        assert!(slot.unsorted.get(), "a higher one before a lower one");
+        assert!(slot.unsorted.get(), "a block was freed before one with a lower address");
         slot.sort_free_lists();
         assert_eq!(
             [
@@ -72,7 +72,7 @@ fn sorted_free_lists_are_left_alone() {
         );
         assert!(!slot.unsorted.get());
         slot.free_block(all[5], 100);
-        assert!(slot.unsorted.get(), "the last one");
+        assert!(slot.unsorted.get(), "the last block was freed");
     }
 }
 
@@ -113,7 +113,7 @@ fn a_backup_brings_content_and_order_back() {
         let top = slot.top.get();
         for (block, i) in all.iter().zip(0..) {
             block.write_bytes(0xAA, 3000);
-            // The first blocks are kept.
+            // Do not free the first three blocks.
             if i >= 3 {
                 slot.free_block(*block, 3000);
             }

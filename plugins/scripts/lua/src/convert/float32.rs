@@ -1,11 +1,11 @@
-//! Rounding to 32-bit floats, as between scripts and commands before version 4.5 of the original.
+//! Rounding to 32-bit floats, in which scripts and commands exchanged numbers before version 4.5 of the original.
 
 use mlua_sys::*;
 use tatu_plugin_api::abi::*;
 
 use super::put;
 
-/// Rounds to a 32-bit float. Integral values are kept, because they may be handles.
+/// Rounds to a 32-bit float. Integral values are unchanged, because they may be handles.
 fn single(x: f64) -> f64 {
     if x.fract() == 0.0 { x } else { f64::from(x as f32) }
 }

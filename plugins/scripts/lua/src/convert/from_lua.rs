@@ -11,13 +11,13 @@ use crate::{errors, run::functions, stack::bytes, state::State};
 /// Memory in which converted tables are allocated.
 #[derive(Clone, Copy)]
 pub(crate) enum Allocator {
-    /// The world's arena: arguments of a command.
+    /// The world's arena, for arguments of a command.
     World,
-    /// The caller's frame: results of a call into the script.
+    /// The caller's frame, for results of a call into the script.
     Frame(*mut tatu_call),
 }
 
-/// Converter of Lua values.
+/// Converts Lua values to the ABI.
 pub(crate) struct Reader<'a> {
     pub l: *mut lua_State,
     pub s: &'a State,
@@ -28,7 +28,7 @@ pub(crate) struct Reader<'a> {
     pub allocated: bool,
 }
 
-/// Path to the value that is being converted, innermost first.
+/// A step of the path to the value that is being converted, innermost first.
 struct Step<'a> {
     up: Option<&'a Step<'a>>,
     table: *const c_void,
@@ -90,7 +90,7 @@ impl Reader<'_> {
             LUA_TNIL => int_value(TATU_NIL, 0),
             LUA_TBOOLEAN => int_value(TATU_BOOL, i64::from(lua_toboolean(l, idx))),
             LUA_TSTRING => {
-                // Copied, because the table that holds it may change while the callee still reads it.
+                // Copy the text, because the table that contains it may change while the callee still reads it.
                 let text = bytes(l, idx);
                 let memory = self.allocate::<u8>(text.len());
                 std::ptr::copy_nonoverlapping(text.as_ptr(), memory, text.len());
@@ -107,7 +107,7 @@ impl Reader<'_> {
             LUA_TTABLE => self.table(idx, at),
             other => {
                 let name = std::ffi::CStr::from_ptr(lua_typename(l, other)).to_str();
-                self.fail(at, name.unwrap_or("value"), " cannot be passed on")
+                self.fail(at, name.unwrap_or("value"), " cannot be passed")
             }
         }
     }
@@ -138,7 +138,7 @@ impl Reader<'_> {
             }
             lua_pop(l, 2);
         }
-        // A sequence has the keys 1 to n and no others.
+        // A sequence has exactly the keys 1 to n.
         let (mut count, mut sequence, mut numeric, mut floats) = (0, true, true, false);
         lua_pushnil(l);
         while lua_next(l, idx) != 0 {
@@ -195,7 +195,7 @@ impl Reader<'_> {
         (i == n).then(|| span(tag, memory.cast(), n))
     }
 
-    /// Converts an array whose keys 1 to n Lua traverses in a different order.
+    /// Converts an array of numbers whose keys 1 to n are not traversed in ascending order by Lua.
     unsafe fn unordered_numbers(&mut self, idx: i32, n: usize, floats: bool) -> tatu_value {
         let l = self.l;
         let memory = self.allocate::<u64>(n);
@@ -235,7 +235,7 @@ impl Reader<'_> {
                 LUA_TNUMBER if lua_isinteger(l, value - 1) != 0 => Key::Int(lua_tointeger(l, value - 1)),
                 LUA_TNUMBER | LUA_TBOOLEAN => Key::Other,
                 _ => {
-                    self.fail(at, "a key of the table", " is not a text, number or boolean");
+                    self.fail(at, "a key of the table", " is not a string, number or boolean");
                     Key::Other
                 }
             };
@@ -244,7 +244,7 @@ impl Reader<'_> {
             lua_pop(l, 1);
             i += 1;
         }
-        // Drop a key that the loop left on the stack: an outer traversal expects its own key on top.
+        // Pop a key that the loop may have left on the stack: an outer traversal expects its own key on top.
         lua_settop(l, top);
         span(TATU_MAP, memory.cast(), i)
     }
@@ -263,13 +263,13 @@ impl Reader<'_> {
         if memory.is_null() {
             errors::raise(
                 self.l,
-                Fail::with_code(TATU_ERR_SPACE, "a value is too large for the world's memory of one call"),
+                Fail::with_code(TATU_ERR_SPACE, "a value is too large for the world's memory for a single call"),
             );
         }
         memory.cast()
     }
 
-    /// Raises an error; never returns, although the signature of Lua's function does not say so.
+    /// Raises an error; never returns, although the signature of Lua's function does not express this.
     #[cold]
     unsafe fn fail(&self, at: &Step<'_>, what: &str, text: &str) -> tatu_value {
         errors::raise(self.l, refusal(self.what, at, what, text));
@@ -322,7 +322,7 @@ pub(crate) unsafe fn take_results(l: *mut lua_State, s: &State, frame: *mut tatu
             l,
             Fail::with_code(
                 TATU_ERR_SPACE,
-                format!("the function returned {n} values; the caller has room for {}", frame.results_cap),
+                format!("the function returned {n} values, but the caller has room for only {}", frame.results_cap),
             ),
         );
     }

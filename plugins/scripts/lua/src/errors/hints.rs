@@ -17,7 +17,7 @@ pub(crate) fn syntax(message: &str) -> Option<String> {
     } else if let (true, Some((what, line))) = (message.contains(" expected (to close '"), opened()) {
         format!("the `{what}` of line {line} is not closed")
     } else if message.starts_with("<eof> expected near 'end'") {
-        "there is an `end` without a block that it closes".into()
+        "this `end` does not belong to a block".into()
     } else if message.starts_with("'then' expected") {
         if message.ends_with("near '='") {
             "values are compared with `==`; a single `=` assigns".into()
@@ -29,7 +29,7 @@ pub(crate) fn syntax(message: &str) -> Option<String> {
     } else if message.contains("near '!'") {
         "`not equal` is written `~=`, negation is written `not`".into()
     } else if message.starts_with("unfinished string") {
-        "a string must end on the same line, with the quote it began with".into()
+        "a string must end on the same line, with the same quote with which it begins".into()
     } else if message.starts_with("'=' expected") || message.starts_with("syntax error") {
         "a statement is a call, `f(x)`, or an assignment, `x = 1`: check for a misspelt word or a missing bracket"
             .into()
@@ -54,7 +54,7 @@ pub(crate) fn runtime(message: &str, near: impl Fn(&str) -> Option<String>) -> O
     if message.starts_with("attempt to call a nil value") {
         let (what, name) = variable()?;
         if matches!(name, "execute" | "popen" | "loadlib") {
-            return Some("scripts start no programs and load no libraries unless the run allows it (`--allow`)".into());
+            return Some("scripts can start programs or load libraries only if the run allows it (`--allow`)".into());
         }
         return Some(format!("there is no function `{name}` here{}", meant(what, name)));
     }
@@ -64,18 +64,18 @@ pub(crate) fn runtime(message: &str, near: impl Fn(&str) -> Option<String>) -> O
     }
     let Some((what, name)) = variable() else {
         return Some(
-            "one of the two is nil: it was never set, or the function that should have set it returned nothing".into(),
+            "one of the two is nil: it was never set, or the function that should have set it returned no value".into(),
         );
     };
     Some(format!(
-        "`{name}` is nil: it was never set, is misspelt, or the function that should have set it returned nothing{}",
+        "`{name}` is nil: it was never set, is misspelt, or the function that should have set it returned no value{}",
         meant(what, name)
     ))
 }
 
 /// Returns the most similar name in `all`, if any is similar enough.
 pub(crate) fn nearest(name: &str, all: impl Iterator<Item = String>) -> Option<String> {
-    // At most two differences in short names: `simROS` is not a misspelling of `simRMLPos`.
+    // Allow few differences in short names: `simROS` is not a misspelling of `simRMLPos`.
     let most = |known: &str| match name.len() {
         n @ ..=8 => n.div_ceil(4),
         n => 1 + n.max(known.len()) / 4,

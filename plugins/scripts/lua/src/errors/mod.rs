@@ -1,8 +1,8 @@
-//! Errors: raised by the plugin in Lua, and reported from Lua to the host.
+//! Errors, which the plugin raises in Lua, or reports from Lua to the host.
 //!
 //! - `raise`: raises errors in Lua;
 //! - `protect`, `report`: convert the error of a protected call to a failure with position, hint and traceback;
-//! - `places`: the position of a script; `hints`: help for common errors.
+//! - `places`: finds the current position of a script; `hints`: help for common errors.
 
 pub(crate) mod hints;
 mod places;

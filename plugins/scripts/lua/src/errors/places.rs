@@ -1,11 +1,11 @@
-//! Finds the position of a script without allocating memory in Lua.
+//! Finds the current position of a script without allocating memory in Lua.
 
 use mlua_sys::*;
 use tatu_plugin_api::safe::*;
 
 use crate::{lua_internals, state::State};
 
-/// Records the script's position when it runs out of memory, since there is no memory for a message handler then.
+/// Records the position of a script that has run out of memory, because there is then no memory for a message handler.
 ///
 /// # Safety
 /// `s` must point to a live state of this plugin.
@@ -16,8 +16,8 @@ pub(crate) unsafe fn note_memory(s: *const std::ffi::c_void, grown: *const u8) {
     }
 }
 
-/// Returns files and lines of the running calls, innermost first, without allocating memory in Lua. Inside a coroutine
-/// of the script, the line is the one that resumed the coroutine.
+/// Returns the files and lines of the running calls, innermost first, without allocating memory in Lua. For calls in a
+/// coroutine of the script, the line is the one that resumed the coroutine.
 unsafe fn running_at(s: &State) -> Vec<(String, u64)> {
     let l = s.running.get();
     let mut places = Vec::new();
@@ -37,7 +37,7 @@ unsafe fn running_at(s: &State) -> Vec<(String, u64)> {
     places
 }
 
-/// Returns the position of the script while a command that it called runs.
+/// Returns the position at which the script has called the command that is running.
 pub(crate) fn place(s: &State) -> Option<Fail> {
     // SAFETY: `running` is null or a live thread of this state, which is suspended in the command call, so its call
     // information does not change.
@@ -51,7 +51,7 @@ pub(super) fn at_places(fail: Fail, places: &[(String, u64)]) -> Fail {
     fail.at(file, line).traceback(lines.join("\n"))
 }
 
-/// Returns the file or name of a Lua source.
+/// Returns the file name or name of a Lua source, without its prefix.
 pub(super) fn file_of(source: &[u8]) -> &[u8] {
     match source {
         [b'@' | b'=', rest @ ..] => rest,

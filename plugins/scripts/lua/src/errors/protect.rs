@@ -1,4 +1,4 @@
-//! Protected mode, in which every access to a state from outside of Lua runs.
+//! Protected mode, which is used for every access to a state from outside Lua.
 
 use mlua_sys::*;
 use tatu_plugin_api::{abi::*, safe::*};

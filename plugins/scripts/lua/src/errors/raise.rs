@@ -1,4 +1,4 @@
-//! Raises errors of the plugin in Lua.
+//! Raises the plugin's errors in Lua.
 
 use mlua_sys::*;
 use tatu_plugin_api::safe::*;
@@ -8,8 +8,8 @@ use crate::{
     state::{self, State},
 };
 
-/// Raises a failure as a Lua error with the position of the calling line, the text and the help. The failure is
-/// recorded with its code.
+/// Raises a failure as a Lua error with the position of the calling line, its text and its help, and records it with
+/// its code.
 ///
 /// # Safety
 /// The calling C function must keep no value with a destructor alive.
@@ -21,7 +21,7 @@ pub(crate) unsafe fn raise(l: *mut lua_State, fail: Fail) -> i32 {
     lua_error(l)
 }
 
-/// Records a failure and returns its text as the script sees it. The text is valid until the next failure is recorded.
+/// Records a failure and returns its text for the script. The text is valid until the next failure is recorded.
 fn remember<'a>(s: &'a State, place: &[u8], fail: Fail) -> &'a [u8] {
     let mut text = place.to_vec();
     text.extend_from_slice(fail.text().as_bytes());

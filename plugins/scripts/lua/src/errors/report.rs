@@ -13,7 +13,7 @@ use crate::{
     values::to_text,
 };
 
-/// Message handler of every call from the host: records message, positions and traceback.
+/// Message handler of every call from the host; records the message, positions and traceback.
 pub(crate) unsafe extern "C-unwind" fn handler(l: *mut lua_State) -> i32 {
     let s = state::of(l);
     if s.errors.borrow().caught.is_none() {
@@ -36,7 +36,7 @@ pub(crate) unsafe fn record(l: *mut lua_State, from: *mut lua_State, s: &State) 
         to_text(l, -1);
         lua_replace(l, -2);
     }
-    // The traceback has few lines and is not charged: with a spent budget, building it would fail with the same error.
+    // The traceback is short and must not be charged: with an exhausted budget, it would fail with the same error.
     let limit = s.budget.release();
     luaL_traceback(l, from, std::ptr::null(), i32::from(from == l));
     s.budget.confine(limit);
@@ -92,16 +92,16 @@ fn no_memory(s: &State) -> Fail {
 fn memory_fail(s: &State) -> Fail {
     let limit = s.slot.limit();
     if s.slot.take_refused() {
-        let text = format!("the system has no memory left: the script uses {} of its {limit} bytes", s.slot.used());
+        let text = format!("the system is out of memory; the script uses {} of its {limit} bytes", s.slot.used());
         return Fail::with_code(TATU_ERR_MEMORY, text)
             .help("allow the program more memory (`ulimit -v`, or the job's limit)");
     }
-    Fail::with_code(TATU_ERR_MEMORY, format!("the script used up its {limit} bytes of memory"))
+    Fail::with_code(TATU_ERR_MEMORY, format!("the script has used up its {limit} bytes of memory"))
         .help("look for a table that grows in each step")
 }
 
 fn describe(s: &State, mut caught: Caught, globals: Vec<String>) -> Fail {
-    // The script appended a traceback to the message: split it off.
+    // The script may have appended a traceback to the message: split it off.
     const TRACE: &[u8] = b"\nstack traceback:\n";
     if let Some(at) = caught.text.windows(TRACE.len()).position(|w| w == TRACE) {
         caught.traceback =
@@ -110,7 +110,7 @@ fn describe(s: &State, mut caught: Caught, globals: Vec<String>) -> Fail {
     }
     let errors = s.errors.borrow();
     let chunk = s.text.borrow().name();
-    // The failure of a command keeps its code and text.
+    // The failure of a command is reported with its own code and text.
     if let Some((fail, text)) = &errors.raised
         && caught.text.ends_with(text)
     {
@@ -133,7 +133,7 @@ fn describe(s: &State, mut caught: Caught, globals: Vec<String>) -> Fail {
         Some(name) => {
             let advice = || Some(s.text.borrow().rules.advice(name.as_bytes())?.into_owned());
             let near = || Some(format!("did you mean `{}`?", hints::nearest(&name, hints::commands(s).into_iter())?));
-            // If the module is available, only this name is wrong, and advice about missing modules does not apply.
+            // If the module exists, only this name is wrong, so advice about missing modules does not apply.
             let root = format!("{}.", name.split('.').next().unwrap_or_default());
             let is_here = hints::commands(s).into_iter().any(|c| c.starts_with(&root));
             let advice = if is_here { None } else { advice() };
@@ -157,7 +157,7 @@ fn describe(s: &State, mut caught: Caught, globals: Vec<String>) -> Fail {
 /// Builds the message about a name that no plugin provides.
 fn unknown(message: &str, name: &str) -> String {
     if message.starts_with("attempt to index") {
-        return format!("there is no `{name}` here: no plugin offers commands of that name");
+        return format!("there is no `{name}`: no plugin offers commands with this name");
     }
     format!("there is no command `{name}`")
 }

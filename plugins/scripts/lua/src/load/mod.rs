@@ -34,7 +34,7 @@ pub(crate) fn load(s: &State, text: &[u8], chunk: &str, dialect: &str) -> Result
         let _ = run_preludes(s, None, &mut first);
         if let Some(before) = before {
             // SAFETY: no Lua code runs, so the state is idle. Nothing outside the slot refers to blocks of the first
-            // pass: `first` holds only copies.
+            // pass, because `first` contains only copies.
             unsafe { s.slot.roll_back(&before) };
         }
         first.dialect.unwrap_or_default()
@@ -80,7 +80,7 @@ pub(crate) fn load(s: &State, text: &[u8], chunk: &str, dialect: &str) -> Result
 
 fn compile(s: &State, text: &[u8], chunk: &str) -> Result {
     let text = text.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(text);
-    // A first line such as "#!/usr/bin/lua" is skipped; its line break is kept, to preserve line numbers.
+    // Skip a first line such as "#!/usr/bin/lua", but not its line break, to preserve line numbers.
     let skip = match text.first() {
         Some(b'#') => text.iter().position(|b| *b == b'\n').unwrap_or(text.len()),
         _ => 0,

@@ -15,7 +15,7 @@ use crate::{
     },
 };
 
-/// Runs all preludes that are not modules, and collects the rules they return.
+/// Runs all preludes that are not modules, and collects the rules that they return.
 pub(super) fn run_preludes(s: &State, dialect: Option<&str>, rules: &mut Rules) -> Result {
     let kind = kind(s);
     for (_, text) in preludes(s).filter(|(module, _)| module.is_empty()) {
@@ -140,7 +140,7 @@ unsafe fn read_rules(l: *mut lua_State, rules: &mut Rules) {
     lua_pop(l, 1);
 }
 
-/// Implements `has(...)` for preludes: returns whether the script's source contains one of these names or operators.
+/// Implements `has(...)` for preludes: returns whether the script's source contains any of the names or operators.
 unsafe extern "C-unwind" fn has(l: *mut lua_State) -> i32 {
     let found = {
         let words = state::of(l).words.borrow();

@@ -10,23 +10,23 @@ use crate::{
     state::{self, State, account::HOOK_INTERVAL},
 };
 
-/// Instructions charged for a new coroutine, since its hook starts a separate count.
+/// Instructions charged for a new coroutine, because its hook starts a separate count.
 const COROUTINE_COST: u64 = 500;
 
-/// Instructions charged for each system call, each line of the log, and each opened file.
+/// Instructions charged per system call, per line of the log, and per opened file.
 pub(crate) const SYSTEM_CALL: u64 = 500;
 pub(crate) const OPENING: u64 = 5000;
 pub(crate) const LINE: u64 = 100;
 /// Instructions charged for looking up a name in the host.
 pub(crate) const LOOKUP: u64 = 50;
 
-/// Charges a new coroutine for the instructions that it can run before its own hook is called for the first time.
+/// Charges the instructions that a new coroutine can run before its own hook is called for the first time.
 pub(crate) fn charge_coroutine(s: &State) {
     let used = &s.budget.meter().used;
     used.set(used.get() + COROUTINE_COST * INSTRUCTION);
 }
 
-/// Arms the hook of a thread; coroutines it creates inherit the hook.
+/// Arms the hook of a thread; coroutines that it creates inherit the hook.
 ///
 /// # Safety
 /// `l` must be a thread of a state created by this plugin.
@@ -34,7 +34,7 @@ pub(crate) unsafe fn arm(l: *mut lua_State) {
     lua_sethook(l, Some(hook), LUA_MASKCOUNT, HOOK_INTERVAL as i32);
 }
 
-/// Returns the remaining instructions.
+/// Returns the number of instructions that remain in the budget.
 pub(crate) fn remaining(s: &State) -> u64 {
     let meter = s.budget.meter();
     meter.limit.get().saturating_sub(meter.used.get()) / INSTRUCTION
@@ -63,7 +63,7 @@ pub(crate) unsafe fn charge_units(l: *mut lua_State, units: u64) {
     }
 }
 
-/// Raises the error of an exhausted budget. C code calls this when it has spent the budget.
+/// Raises the error of an exhausted budget. C code calls this function when it has exhausted the budget.
 ///
 /// # Safety
 /// The requirements of [`charge`] apply. Only this plugin sets the limit of a Lua state, so `l` is one of its states.
@@ -86,7 +86,7 @@ unsafe extern "C-unwind" fn hook(l: *mut lua_State, _: *mut lua_Debug) {
     stop_script(l);
 }
 
-/// Ends the running call with an error, and disables the script.
+/// Aborts the running call with an error, and disables the script.
 unsafe fn stop_script(l: *mut lua_State) {
     let s = state::of(l);
     let meter = s.budget.meter();
@@ -107,11 +107,11 @@ unsafe fn stop_script(l: *mut lua_State) {
             level += 1;
         }
     }
-    // From here on the hook fails at every instruction, so that no protected call or coroutine continues.
+    // From now on, the hook raises an error at every instruction, so that no protected call or coroutine continues.
     lua_sethook(l, Some(hook), LUA_MASKCOUNT, 1);
     lua_sethook(s.main, Some(hook), LUA_MASKCOUNT, 1);
     luaL_checkstack(l, 2, std::ptr::null());
-    push(l, b"the script used up its instructions");
+    push(l, b"the script has used up its instructions");
     lua_error(l);
 }
 

@@ -1,7 +1,7 @@
 //! Finds and runs the callbacks of a script.
 //!
 //! The style is decided after the script has run once, in the callback `init`: either it defines a function per
-//! callback, or the whole script is run again for each callback, with a global that names the callback.
+//! callback, or the whole script is run again for each callback, with a global that identifies the callback.
 
 use std::sync::Arc;
 
@@ -33,7 +33,7 @@ const CLEANUP: &[u8] = b"cleanup";
 /// The callback that runs as a coroutine.
 const THREAD: &[u8] = b"thread";
 
-/// Returns the callback in which a script of a style runs first.
+/// Returns the callback in which a script of the given style is run for the first time.
 fn first(style: Style) -> &'static [u8] {
     match style {
         Style::Step => ACTUATION,
@@ -42,7 +42,7 @@ fn first(style: Style) -> &'static [u8] {
     }
 }
 
-/// Returns the number of a callable; 0 if there is none.
+/// Returns the number of a callable, or 0 if there is none.
 pub(crate) fn find(s: &State, how: u32, name: &[u8]) -> u32 {
     let (style, rules, over) = {
         let text = s.text.borrow();
@@ -113,7 +113,7 @@ pub(crate) unsafe fn callback(l: *mut lua_State, rules: &Rules, name: &[u8]) -> 
     false
 }
 
-/// Pushes a function by its qualified name; if there is none, pushes a different value and returns false.
+/// Pushes the function with a qualified name; if there is none, pushes a different value and returns false.
 unsafe fn function(l: *mut lua_State, name: &[u8]) -> bool {
     luaL_checkstack(l, 4, std::ptr::null());
     lua_pushglobaltable(l);
@@ -128,7 +128,7 @@ unsafe fn function(l: *mut lua_State, name: &[u8]) -> bool {
     lua_type(l, -1) == LUA_TFUNCTION
 }
 
-/// Calls a callable, given its number.
+/// Calls the callable with the given number.
 pub(crate) fn call(s: &State, callable: u32, frame: &mut Frame<'_>, budget: Budget, used: &mut u64) -> Result<Flow> {
     let (how, name, style, rules, may_rerun) = {
         let text = s.text.borrow();
@@ -168,7 +168,7 @@ pub(crate) fn call(s: &State, callable: u32, frame: &mut Frame<'_>, budget: Budg
     });
     let begun = s.text.borrow().style != Style::NotRun;
     if style == Style::NotRun && !begun && result.is_err() && how == TATU_FIND_CALLBACK {
-        // The script failed: keep the callbacks defined so far, above all `cleanup`.
+        // The script failed: retain the callbacks defined so far, in particular `cleanup`.
         // SAFETY: `protect` calls the closure with a live thread and catches Lua errors; `rules` outlives the call.
         let _ = protect(s, &mut |l| unsafe {
             decide_style(l, s, rules, may_rerun);
@@ -256,7 +256,7 @@ unsafe fn call_callback(l: *mut lua_State, s: &State, rules: &Rules, name: &[u8]
     Flow::Done
 }
 
-/// Converts a numeric request to end the script to `{cmd = 'cleanup'}`.
+/// Converts the number by which a callback requests the end of its script to `{cmd = 'cleanup'}`.
 unsafe fn end_by_number(l: *mut lua_State, s: &State, base: i32) {
     let Some(ends) = s.text.borrow().rules.ends else { return };
     if lua_gettop(l) > base && lua_type(l, base + 1) == LUA_TNUMBER && lua_tonumber(l, base + 1) == ends {

@@ -1,7 +1,7 @@
 //! Binds commands, constants and namespaces to Lua names when a script first uses them.
 //!
-//! The globals and each namespace table (such as that of "gripper.") fall back to a cache table; if that lacks a name,
-//! it asks the host. The script's own tables are never changed.
+//! The globals and each namespace table (such as that of "gripper.") fall back to a cache table; if the cache lacks a
+//! name, the name is looked up in the host. The script's own tables are never changed.
 
 use std::{mem::MaybeUninit, ptr::null_mut};
 
@@ -24,7 +24,7 @@ use crate::{
 /// Number of arguments that fit on the native stack.
 const ARGS: usize = 16;
 
-/// Flag in a command's upvalue: floats are passed unrounded, see `single`.
+/// Flag in a command's upvalue: floats are passed without rounding, see `single`.
 const EXACT: i64 = 1 << 40;
 
 /// The target of a call.
@@ -130,7 +130,7 @@ unsafe fn many(reader: &mut Reader<'_>, n: usize) -> *mut tatu_value {
             reader.l,
             Fail::with_code(
                 TATU_ERR_SPACE,
-                format!("the call has {n} arguments, more than the memory of one call can hold"),
+                format!("the call has {n} arguments, which exceed the world's memory for a single call"),
             ),
         );
     }
@@ -138,7 +138,7 @@ unsafe fn many(reader: &mut Reader<'_>, n: usize) -> *mut tatu_value {
     memory.cast()
 }
 
-/// Handles a call that waits or failed.
+/// Completes a call that waits or has failed.
 #[cold]
 unsafe fn other(l: *mut lua_State, s: &State, status: tatu_status, frame: &tatu_call, borrowed_before: u32) -> i32 {
     if s.borrowed.get() != borrowed_before {
@@ -153,7 +153,7 @@ unsafe fn other(l: *mut lua_State, s: &State, status: tatu_status, frame: &tatu_
 
 fn failure(s: &State, status: tatu_status, frame: &tatu_call) -> Fail {
     if status >= 0 {
-        return Fail::unsupported("this command waits, which is not possible here")
+        return Fail::unsupported("this command waits, which is not possible in this context")
             .help("call it from a thread callback or a coroutine, not inside a sort or a metamethod");
     }
     // SAFETY: `frame.error` belongs to the host, which keeps it valid until its next error; `read` copies it.
@@ -164,7 +164,7 @@ fn failure(s: &State, status: tatu_status, frame: &tatu_call) -> Fail {
     fail
 }
 
-/// `__index` of the caches: looks up a name at the host. Upvalue 1 is the prefix.
+/// `__index` of the caches; looks up a name in the host. Upvalue 1 is the prefix.
 pub(crate) unsafe extern "C-unwind" fn index(l: *mut lua_State) -> i32 {
     if lua_type(l, 2) != LUA_TSTRING {
         return 0;
@@ -211,19 +211,19 @@ pub(crate) unsafe extern "C-unwind" fn index(l: *mut lua_State) -> i32 {
     1
 }
 
-/// Number of unresolved names kept for error messages.
+/// Maximum number of unresolved names that are stored for error messages.
 const MAX_UNRESOLVED: usize = 32;
 
 fn unresolved(s: &State, name: &[u8]) {
     let unresolved = &mut s.errors.borrow_mut().unresolved;
-    // Other names may be looked up between the lookup of a function and its call: its arguments.
+    // Between the lookup of a function and its call, the names in its arguments may be looked up.
     if unresolved.len() == MAX_UNRESOLVED {
         unresolved.pop_front();
     }
     unresolved.push_back(name.to_vec());
 }
 
-/// Pushes the namespace table of the prefix at index `prefix`; always the same table.
+/// Pushes the namespace table of the prefix at index `prefix`, which is always the same table.
 unsafe fn scope(l: *mut lua_State, prefix: i32) {
     registry(l, reg::SCOPES);
     lua_pushvalue(l, prefix);

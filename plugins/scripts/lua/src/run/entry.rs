@@ -10,7 +10,7 @@ use crate::{
     state::{State, account::Outer},
 };
 
-/// The scope of one call from the host; its drop restores the state however the call ends.
+/// The scope of a call from the host; dropping it restores the state, regardless of how the call ends.
 struct Entry<'a> {
     s: &'a State,
     outer: Outer,
@@ -42,7 +42,7 @@ impl Drop for Entry<'_> {
     }
 }
 
-/// Runs `body` as one call from the host: sets up budget, arena, names and error handling.
+/// Runs `body` as a call from the host: sets up the budget, the arena, the name caches and error handling.
 pub(crate) fn enter(
     s: &State,
     frame: &mut Frame<'_>,
@@ -76,7 +76,7 @@ pub(crate) fn enter(
     });
     *used = entry.end();
     if result.is_err() {
-        // Text written before the error is logged before it.
+        // Log an incomplete line that was written before the error.
         s.end_line();
     }
     result.map(|()| flow)
@@ -116,7 +116,7 @@ pub(crate) fn call_function(
     if gone {
         return Err(Fail::with_code(
             TATU_ERR_GONE,
-            "the function was passed for the duration of one call, and that call has ended",
+            "the function was passed only for the duration of a call, which has ended",
         ));
     }
     Ok(Flow::Done)

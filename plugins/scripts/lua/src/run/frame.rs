@@ -4,7 +4,7 @@ use std::mem::MaybeUninit;
 
 use tatu_plugin_api::abi::*;
 
-/// Number of results that fit on the native stack.
+/// Maximum number of results, which are stored on the native stack.
 pub(super) const RESULTS: usize = 64;
 
 /// Returns a call frame with space for results; all other fields are zero, to be set by the caller and the host.

@@ -1,4 +1,4 @@
-//! Functions of the script that are passed to the host: borrowed for a call, kept, and called back.
+//! Functions of the script that are passed to the host: borrowed for a call, or kept until the host releases them.
 
 use mlua_sys::*;
 
@@ -8,7 +8,7 @@ use crate::{
     state::{self, State},
 };
 
-/// First id of kept functions; lower ids are of borrowed ones.
+/// First id of a kept function; lower ids belong to borrowed functions.
 const KEPT: u32 = 1 << 31;
 
 /// Registers the function at `idx` as borrowed; the returned id is valid until `release_borrowed_since` with a lower
@@ -29,7 +29,7 @@ pub(crate) unsafe fn borrow(l: *mut lua_State, s: &State, idx: i32) -> u32 {
 /// Removes the functions borrowed since `before`.
 ///
 /// # Safety
-/// The stack must have two free slots. Raises no error, since the entries exist.
+/// The stack must have two free slots. Does not raise an error, because the entries exist.
 pub(crate) unsafe fn release_borrowed_since(l: *mut lua_State, s: &State, before: u32) {
     let now = s.borrowed.get();
     if now == before {
@@ -72,7 +72,7 @@ pub(crate) unsafe fn put(l: *mut lua_State, func: u64) {
     }
 }
 
-/// Pushes the function of an id, or nil if there is none.
+/// Pushes the function with the given id, or nil if there is none.
 pub(super) unsafe fn look(l: *mut lua_State, local: u32) {
     registry(l, if local >= KEPT { reg::KEPT } else { reg::BORROWED });
     lua_rawgeti(l, -1, i64::from(local & !KEPT));

@@ -1,15 +1,15 @@
 //! Garbage collection at fixed intervals of calls.
 //!
-//! If a removed string key is set again before the next collection, it returns to its old node; after a collection it
-//! may get a different one. So collections influence the order of `pairs`. Lua's own pacing depends on the bytes
-//! allocated, which differ in a restored state, whereas the number of calls from the host does not. Lua's own pacing
-//! remains active only for scripts that create much garbage between two collections.
+//! If a removed string key is set again before the next collection, it returns to its old node; after a collection, it
+//! may get a different one. Collections therefore affect the order of `pairs`. Lua's own pacing depends on the number
+//! of bytes allocated, which differs in a restored state, whereas the number of calls from the host does not. Lua's own
+//! pacing remains active only for scripts that create much garbage between two collections.
 
 use mlua_sys::*;
 
 use crate::{lua_internals, state::State};
 
-/// Calls from the host between two collections.
+/// Number of calls from the host between two collections.
 pub(crate) const INTERVAL: u64 = 64;
 /// Garbage in KiB at which Lua's own pacing starts a collection.
 const THRESHOLD_KIB: i32 = 4 << 10;
@@ -25,7 +25,7 @@ pub(crate) unsafe fn open(l: *mut lua_State) {
 /// Runs a full collection and sorts the slot's free lists.
 ///
 /// # Safety
-/// The state must run nothing, or only code of this plugin in protected mode.
+/// The state must be idle, or run only code of this plugin in protected mode.
 pub(crate) unsafe fn full(l: *mut lua_State, s: &State) {
     lua_gc(l, LUA_GCCOLLECT);
     s.slot.sort_free_lists();
@@ -39,7 +39,7 @@ pub(crate) unsafe fn restart(l: *mut lua_State) {
     lua_internals::defer_gc(l, THRESHOLD_KIB);
 }
 
-/// Counts a call, and collects if one is due. Different scripts collect in different steps.
+/// Counts a call, and runs a collection if one is due. Different scripts collect in different steps.
 ///
 /// # Safety
 /// Must run in protected mode, in the outermost call.
@@ -53,6 +53,6 @@ pub(crate) unsafe fn count_call(l: *mut lua_State, s: &State) {
 
 /// Returns whether a collection is due before the running call.
 pub(crate) fn is_due(s: &State) -> bool {
-    // The offset comes from the seed, which depends only on the owner's name, not on the number of other scripts.
+    // The offset is the seed, which depends only on the name of the script's object, not on other scripts.
     s.entries.get().wrapping_add(s.instance.seed).is_multiple_of(INTERVAL)
 }

@@ -1,5 +1,5 @@
-//! Detects names of commands that scripts cannot use because Lua itself defines them, such as `print`, or names in its
-//! libraries, such as `string.anything`. Each is reported once per process.
+//! Detects commands that scripts cannot call because Lua itself defines the name, such as `print`, or the namespace,
+//! such as `string.anything`. Each command is reported once per process.
 
 use std::{
     collections::BTreeSet,
@@ -11,9 +11,9 @@ use tatu_plugin_api::{abi::*, safe::*};
 
 use crate::{errors::hints, stack::push, state::State};
 
-/// Names that were checked and reported in this process.
+/// Names that have been checked and reported in this process.
 struct Told {
-    /// The host, and the generation of its commands.
+    /// The host whose commands were checked last, and the generation of its commands.
     looked_at: Option<(usize, u64)>,
     names: BTreeSet<String>,
 }
@@ -39,17 +39,17 @@ pub(crate) fn tell(script: &State, world: &World<'_>) {
             continue;
         }
         let text = format!(
-            "scripts in Lua cannot call the command `{name}`, since `{first}` is Lua's own: rename it into a namespace \
-             such as `mine.name` (`tatu describe {name}` shows which plugin offers it)"
+            "Lua scripts cannot call the command `{name}`, because Lua itself defines `{first}`; rename the command, \
+             with a namespace such as `mine.name` (`tatu describe {name}` shows which plugin offers it)"
         );
         world.log(TATU_LOG_WARNING, text.as_bytes());
         told.names.insert(name);
     }
 }
 
-/// Returns whether Lua itself defines a global of that name.
+/// Returns whether Lua itself defines a global with this name.
 fn is_global(script: &State, name: &[u8]) -> bool {
-    // No global of Lua is longer, and a short string is pushed without copying it into a new block.
+    // No global of Lua has a longer name, and a short string is pushed without copying it to a new block.
     if name.len() > 20 {
         return false;
     }

@@ -1,7 +1,7 @@
 //! Running scripts: calls from the host, calls to the host, and their limits.
 //!
 //! - `callbacks`, `threads`: the functions that the host calls; `entry`: the common part of such calls;
-//! - `commands`: the functions of the host that a script calls; `hidden`: commands whose names it cannot use;
+//! - `commands`: functions of the host that scripts call; `hidden`: commands that scripts cannot call;
 //! - `functions`: functions passed to the host; `waits`: commands that take time; `frame`: a call to the host;
 //! - `budget`, `time_slices`, `gc`: limits on instructions and memory;
 //! - `traits`: properties of a script that the host queries.

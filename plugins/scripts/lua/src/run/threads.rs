@@ -1,6 +1,6 @@
-//! Threads of the plugin, for the callback "thread", and the end of waits.
+//! Coroutines of the plugin, which run the callback "thread", and the end of waits.
 //!
-//! The host reports the end of a wait by a token. The plugin's own coroutines are then resumed at once.
+//! The host reports the end of a wait by its token. The plugin's own coroutines are then resumed immediately.
 
 use mlua_sys::*;
 use tatu_plugin_api::{abi::*, safe::*};
@@ -14,7 +14,7 @@ use crate::{
     state::State,
 };
 
-/// Starts a coroutine of the plugin with the function on top.
+/// Starts a coroutine of the plugin with the function on top of the stack.
 ///
 /// # Safety
 /// Must run in protected mode, with a function on top of the stack; `frame` must be valid.
@@ -29,13 +29,13 @@ pub(crate) unsafe fn start(l: *mut lua_State, s: &State, frame: *mut tatu_call) 
     lua_pushvalue(l, function);
     let n = put_args(l, frame);
     if lua_checkstack(thread, n + 4) == 0 {
-        errors::raise_text(l, "too many arguments");
+        errors::raise_text(l, "too many arguments for a thread function");
     }
     lua_xmove(l, thread, n + 1);
     run_coroutine(l, s, function + 1, n, frame)
 }
 
-/// Ends the wait of a token, and resumes its coroutine if it is one of the plugin's.
+/// Ends the wait with a token, and resumes its coroutine if it belongs to the plugin.
 pub(crate) fn resume(
     s: &State,
     token: u64,
@@ -123,7 +123,7 @@ unsafe fn run_coroutine(l: *mut lua_State, s: &State, at: i32, n: i32, frame: *m
         lua_closethread(thread, l);
         errors::raise(
             l,
-            Fail::with_code(TATU_ERR_SCRIPT, "the thread called coroutine.yield, but nothing would resume it")
+            Fail::with_code(TATU_ERR_SCRIPT, "the thread called coroutine.yield, but no code would resume it")
                 .help("use a command that waits, such as one that waits for the next step"),
         );
     }

@@ -1,7 +1,7 @@
 //! Time slices: a thread that does not yield is preempted after a number of instructions, and continues in the next
 //! step.
 //!
-//! In the original, threads ran for some milliseconds at a time; here slices are counted in instructions, so that runs
+//! In the original, threads run for some milliseconds at a time; here, slices are counted in instructions, so that runs
 //! are reproducible. Only the plugin's own coroutines (callback "thread") are preempted, never those of scripts.
 
 use std::mem::MaybeUninit;
@@ -15,7 +15,7 @@ use crate::{
     state::{self, State, slices::PER_MS},
 };
 
-/// Handles a run of the count hook; preempts the running thread at the end of its slice.
+/// Counts instructions for the hook, and preempts the running thread at the end of its slice.
 ///
 /// # Safety
 /// The call must be the last action of the hook, since it may yield.
@@ -29,7 +29,7 @@ pub(crate) unsafe fn count(l: *mut lua_State, s: &State, instructions: u64) {
     let used = slices.used.get() + instructions;
     slices.used.set(used);
     let length = slices.length.get();
-    // Coroutines of the script inside the thread, and comparison functions of a sort, finish first.
+    // Do not preempt coroutines of the script inside the thread, or comparison functions of a sort.
     if length != 0 && used >= length && l == own && lua_isyieldable(l) != 0 {
         preempt(l, s);
     }
@@ -64,8 +64,8 @@ pub(crate) unsafe fn was_preempted(thread: *mut lua_State) -> bool {
     *ar.what != b'C' as _
 }
 
-/// Implements `slice(ms)` for preludes: sets the slice length (0: no preemption) if given, and returns whether it is
-/// called in a thread.
+/// Implements `slice(ms)` for preludes: sets the slice length, if given (0: no preemption), and returns whether the
+/// caller is a thread.
 pub(crate) unsafe extern "C-unwind" fn slice(l: *mut lua_State) -> i32 {
     let s = state::of(l);
     if lua_type(l, 1) == LUA_TNUMBER {

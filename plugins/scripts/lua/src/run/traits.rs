@@ -1,4 +1,4 @@
-//! Properties of a script that the host queries: behaviour after errors, and the script order of its dialect.
+//! Properties of a script that the host queries: its behaviour after errors, and the script order of its dialect.
 
 use tatu_plugin_api::abi::*;
 
@@ -7,14 +7,14 @@ use crate::{
     state::{State, text::Style},
 };
 
-/// Returns the `TATU_SCRIPT_*` flags.
+/// Returns the script's `TATU_SCRIPT_*` flags.
 pub(crate) fn traits(s: &State) -> u32 {
     let modern = if s.old.get() { 0 } else { TATU_SCRIPT_SILENT | TATU_SCRIPT_MODERN };
     let text = s.text.borrow();
     if text.rules.style == Some(Style::Thread) { modern | TATU_SCRIPT_THREADED } else { modern }
 }
 
-/// Returns the `TATU_ORDER_*` of a dialect: that of the latest listed version that is not newer.
+/// Returns the `TATU_ORDER_*` value for a dialect: that of the latest listed version that is not newer than it.
 pub(crate) fn order(s: &State, dialect: &str, modern: bool) -> u32 {
     let rules = s.text.borrow().rules.clone();
     let counts_as = if modern { &rules.new_dialect } else { &rules.old_dialect };

@@ -1,6 +1,6 @@
 //! Coroutines that wait in commands: those of the plugin, and those of scripts.
 //!
-//! A waiting command suspends its coroutine. A script resumes its own coroutines itself: the command then returns the
+//! A waiting command suspends its coroutine. If a script resumes one of its own coroutines, the command returns the
 //! results if they have arrived, and otherwise continues to wait.
 
 use mlua_sys::*;

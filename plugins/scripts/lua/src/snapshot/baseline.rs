@@ -1,5 +1,5 @@
-//! List of the objects that existed before a script ran. Its order is the same in every state created in the
-//! same way, so that an index identifies an object.
+//! List of the objects that existed before a script ran. The order of the list is the same in every state that was
+//! created in the same way, so that an index identifies an object.
 
 use std::{
     collections::HashSet,
@@ -64,7 +64,7 @@ unsafe fn add(l: *mut lua_State, idx: i32, seen: &mut Seen) {
     }
 }
 
-/// Adds the objects that the one on top refers to.
+/// Adds the objects to which the one on top of the stack refers.
 unsafe fn add_references(l: *mut lua_State, seen: &mut Seen) {
     let top = lua_gettop(l);
     match lua_type(l, top) {

@@ -9,7 +9,7 @@ pub(super) enum Val {
     Nil,
     Bool(bool),
     Int(i64),
-    /// A float, as its bits.
+    /// The bits of a float.
     Float(u64),
     Text(u32),
     Object(u32),
@@ -18,11 +18,11 @@ pub(super) enum Val {
 /// A node of a table's hash part.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub(super) enum Node {
-    /// Never used.
+    /// A node that was never used.
     Free,
     /// A key with a value.
     Live { key: Val, value: Val },
-    /// A key whose value was removed; `None`: the key was collected as well.
+    /// A key whose value was removed, or `None` if the key was collected, too.
     Dead { key: Option<Val> },
 }
 
@@ -30,19 +30,19 @@ pub(super) enum Node {
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub(super) struct Table {
     pub array: Vec<Val>,
-    /// Lua's limit of the array part, often its size.
+    /// Lua's limit of the array part, which is often its size.
     pub limit: u32,
     /// Whether `limit` is only a hint for the length operator.
     pub is_hint: bool,
-    /// Hash part; its length is 0 or a power of two.
+    /// The nodes of the hash part; their number is 0 or a power of two.
     pub nodes: Vec<Node>,
     pub meta: Option<u32>,
 }
 
-/// Identifies a function by the source that contains it and its index there, in order of appearance.
+/// Identifies a function by the source that contains it, and its index in this source in order of appearance.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub(super) struct FunctionRef {
-    /// 0: the script's own source; otherwise an index into [`Image::texts`], from 1.
+    /// 0 for the script's own source, otherwise a one-based index into [`Image::texts`].
     pub text: u32,
     pub function: u32,
 }
@@ -68,7 +68,7 @@ pub(super) enum Kind {
 
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(super) struct Object {
-    /// Index among the objects that existed before the script ran, if it is one of them.
+    /// Index among the objects that existed before the script ran, if the object is one of them.
     pub baseline: Option<u32>,
     pub kind: Kind,
 }
@@ -101,7 +101,7 @@ pub(super) struct Image {
     pub strings: Vec<Vec<u8>>,
     /// Sources that the script loaded: chunk name and source.
     pub texts: Vec<(Vec<u8>, Vec<u8>)>,
-    /// Numbers shown instead of addresses: object and number.
+    /// Objects, and the numbers shown instead of their addresses.
     pub numbers: Vec<(u32, i64)>,
     pub plugin_data: PluginData,
 }
@@ -139,6 +139,6 @@ impl Image {
         if self.objects.iter().all(object) && self.cells.iter().all(value) && numbers {
             return Ok(());
         }
-        Err(Fail::new("its state is damaged: an index is out of range"))
+        Err(Fail::new("the saved state is damaged: an index is out of range"))
     }
 }

@@ -1,9 +1,9 @@
 //! Restores the order of keys in a table.
 //!
-//! Lua inserts a key at its main position, or, if that is occupied by a key with the same main position, at the last
-//! free node. So a new table of the same size first gets the keys that were at their main position, then the others
-//! from the last node to the first. Dead keys occupy nodes too: they are inserted with a value, which is removed at the
-//! end, when every node is verified.
+//! Lua inserts a key at its main position or, if that is occupied by a key with the same main position, at the last
+//! free node. Therefore, the keys that were at their main position are inserted into a new table of the same size
+//! first, then the others from the last node to the first. Dead keys also occupy nodes: they are inserted with a value,
+//! which is removed at the end, when every node is verified.
 
 use mlua_sys::*;
 
@@ -13,8 +13,8 @@ use crate::{
     stack,
 };
 
-/// Returns the main position of a key in a table of `n` nodes, or `None` for an object; a table has at most one such
-/// key.
+/// Returns the main position of a key in a table of `n` nodes, or `None` if the key is an object, of which a table has
+/// at most one.
 fn place_of(key: Val, n: usize, strings: &[Vec<u8>]) -> Option<usize> {
     let modulo = ((n - 1) | 1) as u64;
     Some(match key {
@@ -38,11 +38,11 @@ fn placeholder(place: usize, n: usize, count: &mut u32) -> [u8; 10] {
     }
 }
 
-/// Fills the table at index `at`, which is empty and has exactly the required size; `push` pushes a value. Returns
-/// false if the table does not have that size.
+/// Fills the table at index `at`, which must be empty; `push` pushes a value. Returns false if the table does not have
+/// exactly the required size.
 ///
 /// # Safety
-/// Must run in protected mode, with enough free stack and the collector stopped.
+/// Must run in protected mode, with enough free stack slots, and with the collector stopped.
 pub(super) unsafe fn fill(
     l: *mut lua_State,
     at: i32,
@@ -93,7 +93,7 @@ pub(super) unsafe fn fill(
 /// Removes the values of dead keys and verifies every node. Returns false if a key is not in its original node.
 ///
 /// # Safety
-/// Must run in protected mode with enough free stack.
+/// Must run in protected mode, with enough free stack slots.
 pub(super) unsafe fn verify(
     l: *mut lua_State,
     at: i32,

@@ -1,9 +1,9 @@
 //! Snapshots: save the state of a script as bytes, and restore it.
 //!
-//! A snapshot contains everything reachable from the globals: tables with sharing, cycles and metatables, functions
-//! with their upvalues, counters, the random generator. Objects that existed before the script's source ran (library,
-//! preludes, commands) are stored as an index in a list and keep their identity. A function is stored as an index in a
-//! text and compiled again from it, so that bytecode is never read from a file.
+//! A snapshot contains everything that is reachable from the globals: tables with sharing, cycles and metatables,
+//! functions with their upvalues, counters, the random generator. Objects that existed before the script's source ran
+//! (library, preludes, commands) are stored as an index into a list and retain their identity. A function is stored as
+//! an index into its source and compiled again from it, so that bytecode is never read from a file.
 //!
 //! - `image`: the saved data;
 //! - `baseline`: the objects that existed before the script ran;
@@ -11,8 +11,8 @@
 //! - `transfer`: transfers plain data to a state with a changed text.
 //!
 //! The order in which `pairs` visits keys is part of the state: every key returns to its node. Suspended coroutines,
-//! open files, weak tables and tables with object keys cannot be restored; such a script is refused, with the name of
-//! the variable, and the host replays the run instead.
+//! open files, weak tables and tables with object keys cannot be restored. A snapshot of a script with one of these
+//! fails with an error that names the variable, and the host replays the run instead.
 
 pub(crate) mod baseline;
 mod image;
@@ -34,7 +34,7 @@ use crate::{
 };
 use image::{Image, PluginData};
 
-/// Version of the format.
+/// Version of the snapshot format.
 pub(crate) const VERSION: u32 = 3;
 
 /// Saves the state; an error names the variable that cannot be saved. The script itself is not changed.
@@ -43,7 +43,7 @@ pub(crate) fn save(s: &State) -> Result<Vec<u8>> {
         return Err(Fail::with_code(TATU_ERR_BUSY, "the script is running"));
     }
     if s.broken.get() {
-        return Err(Fail::unsupported("its state was damaged by a panic"));
+        return Err(Fail::unsupported("the script's state was damaged by a panic"));
     }
     // Saving allocates in the state and may trigger its collector, so the slot is rolled back afterwards.
     let backup = s.slot.backup();
@@ -57,8 +57,8 @@ pub(crate) fn save(s: &State) -> Result<Vec<u8>> {
         saver.run(l, s);
     });
     if let Some(backup) = &backup {
-        // SAFETY: `depth` is 0, so the state is idle. `saver` holds copies only, so nothing outside the slot refers to
-        // blocks allocated since the backup.
+        // SAFETY: `depth` is 0, so the state is idle. `saver` contains only copies, so nothing outside the slot refers
+        // to blocks allocated since the backup.
         unsafe { s.slot.roll_back(backup) };
     } else {
         // SAFETY: `s.main` is live and idle.
@@ -76,11 +76,11 @@ pub(crate) fn save(s: &State) -> Result<Vec<u8>> {
 pub(crate) fn restore(s: &State, bytes: &[u8], version: u32) -> Result<()> {
     if version != VERSION {
         return Err(Fail::unsupported(format!(
-            "its state was saved in format version {version}; this plugin reads version {VERSION}"
+            "the script's state was saved in format version {version}; this plugin reads version {VERSION}"
         )));
     }
     let image: Image =
-        postcard::from_bytes(bytes).map_err(|e| Fail::new(format!("its saved state is damaged: {e}")))?;
+        postcard::from_bytes(bytes).map_err(|e| Fail::new(format!("the script's saved state is damaged: {e}")))?;
     image.check()?;
     if s.text.borrow().style != Style::NotRun {
         return transfer(s, image);
@@ -89,7 +89,7 @@ pub(crate) fn restore(s: &State, bytes: &[u8], version: u32) -> Result<()> {
     // SAFETY: `protect` calls the closure with a live thread in protected mode.
     protect(s, &mut |l| unsafe { code = hash_of_text(l) })?;
     if code != image.code {
-        return Err(Fail::unsupported("its source has changed"));
+        return Err(Fail::unsupported("the script's source has changed"));
     }
     let mut restorer = restore::Restorer::new(image);
     // SAFETY: `protect` calls the closure with a live thread in protected mode; all values with destructors belong to
@@ -100,12 +100,12 @@ pub(crate) fn restore(s: &State, bytes: &[u8], version: u32) -> Result<()> {
         lua_gc(l, LUA_GCCOLLECT);
         lua_gc(l, LUA_GCSTOP);
         restorer.run(l, s);
-        // The next collection happens when that of the original run would have.
+        // The next collection must happen at the same time as in the original run.
         lua_gc(l, LUA_GCCOLLECT);
         gc::restart(l);
         restorer.verify(l);
     });
-    // After a failure the host ends the instance: no cleanup is needed.
+    // After a failure, the host destroys the instance, so no clean-up is necessary.
     done?;
     let image = restorer.finish()?;
     set_plugin_data(s, image.plugin_data);

@@ -17,19 +17,19 @@ use crate::{
     state::State,
 };
 
-/// Stack layout, as in `save`; the table being filled is above.
+/// Stack layout, as in `save`; the table that is being filled is above.
 const OBJECTS: i32 = 1;
 const BASELINE: i32 = 2;
 
-/// A restore in progress. It is kept outside of Lua, so that a Lua error leaks nothing.
+/// A restore in progress. It is owned outside Lua, so that a Lua error does not leak memory.
 pub(super) struct Restorer {
     image: Image,
-    /// For each source, its functions as binary chunks.
+    /// The functions of each source, as binary chunks.
     pieces: Vec<Vec<Vec<u8>>>,
     refused: Option<String>,
 }
 
-/// Data that `lua_load` reads.
+/// The binary chunk that `lua_load` reads.
 struct Chunk {
     bytes: *const u8,
     len: usize,
@@ -46,7 +46,7 @@ impl Restorer {
         Restorer { image, pieces: Vec::new(), refused: None }
     }
 
-    /// Returns the image after the state has been restored.
+    /// Returns the image, or the reason why the state could not be restored.
     pub(super) fn finish(self) -> Result<Image> {
         match self.refused {
             None => Ok(self.image),
@@ -71,7 +71,7 @@ impl Restorer {
         }
         lua_createtable(l, self.image.objects.len().min(1 << 24) as i32, 0);
         if registry(l, reg::BASELINE) != LUA_TTABLE || fingerprint(l, BASELINE) != self.image.baseline {
-            return self.refuse("it was saved with a different library or different preludes");
+            return self.refuse("the state was saved with a different library or different preludes");
         }
         self.prepare(l);
         for id in 0..self.image.objects.len() {
@@ -80,7 +80,7 @@ impl Restorer {
             }
             lua_rawseti(l, OBJECTS, id as i64 + 1);
         }
-        // Metatables are set while they are empty, so that Lua finds no finalizer in them.
+        // Set metatables while they are empty, so that Lua does not find finalizers in them.
         for id in 0..self.image.objects.len() {
             self.set_meta(l, id);
         }
@@ -101,7 +101,7 @@ impl Restorer {
         lua_rawseti(l, LUA_REGISTRYINDEX, reg::BUILT);
     }
 
-    /// Second phase, without allocations: removes the values of dead keys and verifies every node.
+    /// Second phase, which does not allocate: removes the values of dead keys and verifies every node.
     ///
     /// # Safety
     /// Must run in protected mode, since it may raise an error.
@@ -115,7 +115,7 @@ impl Restorer {
             let Kind::Table(t) = &object.kind else { continue };
             lua_rawgeti(l, OBJECTS, id as i64 + 1);
             if !key_order::verify(l, OBJECTS + 1, t, &mut |l, v| push(l, &self.image, v)) {
-                self.refused = Some("the keys of a table could not be restored in their order".to_owned());
+                self.refused = Some("the keys of a table could not be restored in their original order".to_owned());
                 break;
             }
             lua_settop(l, OBJECTS);
@@ -198,7 +198,7 @@ impl Restorer {
         lua_pop(l, 1);
     }
 
-    /// Restores upvalues: the first function that refers to one owns it, the others share it.
+    /// Restores upvalues: the first function that refers to an upvalue owns it, the others share it.
     unsafe fn join(&mut self, l: *mut lua_State) {
         lua_createtable(l, self.image.cells.len().min(1 << 24) as i32, 0);
         let owners = lua_gettop(l);
@@ -209,7 +209,7 @@ impl Restorer {
                 Kind::Function { cells, .. } => {
                     for (i, cell) in cells.iter().enumerate() {
                         let n = i as i32 + 1;
-                        // For each upvalue: the object that owns it, and its index there.
+                        // `owners` contains the object that owns each upvalue, and the upvalue's index in this object.
                         if lua_rawgeti(l, owners, i64::from(*cell) + 1) == LUA_TNUMBER {
                             let owner = lua_tointeger(l, -1);
                             lua_rawgeti(l, OBJECTS, owner >> 8);
@@ -236,7 +236,8 @@ impl Restorer {
         lua_settop(l, BASELINE);
     }
 
-    /// Fills a table. A table that existed before the script ran keeps its identity, and gets the content of a new one.
+    /// Fills a table. A table that existed before the script ran retains its identity, but gets the content of a new
+    /// table.
     unsafe fn fill(&self, l: *mut lua_State, id: usize) -> bool {
         let Object { baseline, kind: Kind::Table(t) } = &self.image.objects[id] else { return true };
         lua_rawgeti(l, OBJECTS, id as i64 + 1);
@@ -268,7 +269,7 @@ unsafe fn push(l: *mut lua_State, image: &Image, v: Val) {
     }
 }
 
-/// Returns whether the function on top has exactly `n` upvalues.
+/// Returns whether the function on top of the stack has exactly `n` upvalues.
 unsafe fn has_upvalues(l: *mut lua_State, n: i32) -> bool {
     let has = |k: i32| {
         let there = !lua_getupvalue(l, -1, k).is_null();

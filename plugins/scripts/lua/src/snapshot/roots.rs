@@ -1,4 +1,4 @@
-//! The root objects, from which the traversal of a state begins.
+//! The root objects, from which the traversal of a state starts.
 
 use mlua_sys::*;
 
@@ -21,13 +21,13 @@ pub(super) unsafe fn roots(l: *mut lua_State) -> i32 {
 
 /// Registry values that are part of the script's state.
 const ROOT_PLACES: [i64; 5] = [reg::KEPT, reg::SCOPES, reg::LOADED, reg::FILE, reg::CHUNK];
-/// Names of the roots in messages.
+/// Names of the root objects in messages.
 pub(super) const ROOT_NAMES: [&str; 7] = [
     "",
-    "the methods of text",
-    "the functions that commands keep",
+    "the methods of strings",
+    "the functions that commands store",
     "the tables of commands",
-    "what `require` has loaded",
+    "the modules that `require` has loaded",
     "the methods of files",
     "the text",
 ];

@@ -1,4 +1,4 @@
-//! Saves a state: traverses everything reachable, each object once.
+//! Saves a state by traversing all reachable objects, each once.
 
 use std::{collections::HashMap, ffi::CStr};
 
@@ -17,7 +17,7 @@ use crate::{
     stdlib::strings::gmatch_next,
 };
 
-/// How an object was reached from a different one; used to name it in messages.
+/// How an object was reached from another object; used to identify the object in messages.
 #[derive(Clone, Copy)]
 enum Step {
     Root(usize),
@@ -29,26 +29,27 @@ enum Step {
     AsKey,
 }
 
-/// Stack layout: objects, at their index plus one; objects that existed before the script ran.
+/// Stack layout: the list of objects, each at its index plus one; below, the list of objects that existed before the
+/// script ran.
 const OBJECTS: i32 = 1;
 const BASELINE: i32 = 2;
 
-/// A traversal in progress. It is kept outside of Lua, so that a Lua error leaks nothing.
+/// A traversal in progress. It is owned outside Lua, so that a Lua error does not leak memory.
 pub(super) struct Saver {
     image: Image,
     ids: HashMap<usize, u32>,
-    /// For each object, the object and step through which it was reached.
+    /// The object and step through which each object was reached.
     from: Vec<(u32, Step)>,
     cells: HashMap<usize, u32>,
     strings: HashMap<Vec<u8>, u32>,
     baseline: HashMap<usize, u32>,
     pieces: HashMap<Vec<u8>, FunctionRef>,
     dump: Vec<u8>,
-    /// Buffers for the object being described.
+    /// Buffers for the object that is being described.
     array: Vec<Val>,
     nodes: Vec<Node>,
     list: Vec<u32>,
-    /// Why the state cannot be saved.
+    /// The reason why the state cannot be saved, if there is one.
     refused: Option<String>,
 }
 
@@ -90,7 +91,7 @@ impl Saver {
         }
         lua_newtable(l);
         if registry(l, reg::BASELINE) != LUA_TTABLE {
-            self.refused = Some("its text has not been loaded".to_owned());
+            self.refused = Some("the script's source has not been loaded".to_owned());
             return;
         }
         self.prepare(l, s);
@@ -135,7 +136,7 @@ impl Saver {
         }
     }
 
-    /// Indexes the functions of the compiled source on top.
+    /// Indexes the functions of the compiled source on top of the stack.
     unsafe fn index_functions(&mut self, l: *mut lua_State, text: u32) {
         let mut pieces = Vec::new();
         lua_internals::dump_all(l, &mut pieces);
@@ -148,9 +149,12 @@ impl Saver {
         self.baseline.get(&(lua_topointer(l, idx) as usize)).copied()
     }
 
-    /// Saves data besides the reachable objects: waits, and numbers shown instead of addresses.
+    /// Saves other data than reachable objects: the numbers shown instead of addresses. Reports waits, which cannot be
+    /// saved.
     unsafe fn rest(&mut self, l: *mut lua_State) {
-        for (place, what) in [(reg::THREADS, "its thread function waits"), (reg::WAITS, "a coroutine of it waits")] {
+        let waits =
+            [(reg::THREADS, "its thread function is waiting"), (reg::WAITS, "one of its coroutines is waiting")];
+        for (place, what) in waits {
             if self.refused.is_some() {
                 return;
             }
@@ -172,7 +176,7 @@ impl Saver {
         lua_settop(l, BASELINE);
     }
 
-    /// Describes the value on top, which was reached from `id` by `step`.
+    /// Describes the value on top of the stack, which was reached from the object `id` by `step`.
     unsafe fn value(&mut self, l: *mut lua_State, id: u32, step: Step) -> Val {
         match lua_type(l, -1) {
             LUA_TNIL => Val::Nil,
@@ -194,7 +198,7 @@ impl Saver {
         number
     }
 
-    /// Queues the object on top for a description, and returns its index.
+    /// Queues the object on top of the stack for description, and returns its index.
     unsafe fn object(&mut self, l: *mut lua_State, id: u32, step: Step) -> Val {
         let pointer = lua_topointer(l, -1) as usize;
         if let Some(known) = self.ids.get(&pointer) {
@@ -236,10 +240,10 @@ impl Saver {
             }
             at = from;
         }
-        format!("something deep in its variables, at `{tail}`")
+        format!("a deeply nested value in its variables, at `{tail}`")
     }
 
-    /// Describes the object on top, which is also in slot `BASELINE + 1`.
+    /// Describes the object on top of the stack, which is also in slot `BASELINE + 1`.
     unsafe fn describe(&mut self, l: *mut lua_State, id: u32) -> Kind {
         match lua_type(l, -1) {
             LUA_TTABLE => self.table(l, id),
@@ -247,7 +251,7 @@ impl Saver {
             LUA_TFUNCTION => self.function(l, id),
             LUA_TUSERDATA if self.baseline_index(l, -1).is_some() => {
                 if lua_getmetatable(l, -1) != 0 {
-                    // A file of the library, which has no state in Lua.
+                    // This is one of the library's standard files, which have no state in Lua.
                     lua_pop(l, 1);
                     return Kind::Bytes(Vec::new());
                 }
@@ -353,15 +357,15 @@ impl Saver {
         Kind::Table(Table { array, limit, is_hint, nodes, meta })
     }
 
-    /// Reads the hash part: nodes as they are in memory, with the values of Lua's own traversal, which has the same
-    /// order.
+    /// Describes the hash part: the nodes as stored in memory, with the values from Lua's own traversal, which visits
+    /// them in the same order.
     unsafe fn places(&mut self, l: *mut lua_State, id: u32, t: RawTable) {
         let n = t.nodes();
         self.nodes.clear();
         let mut objects = 0;
         lua_pushnil(l);
         if n > 0 {
-            // Lua's traversal visits the array part first: continue after its last value.
+            // Lua's traversal visits the array part first, so continue after the last value of this part.
             for i in (1..=t.array() as i64).rev() {
                 if self.array[i as usize - 1] != Val::Nil {
                     lua_pop(l, 1);
@@ -411,7 +415,7 @@ pub(super) fn natives() -> [lua_CFunction; 4] {
     [command, index, foreign, gmatch_next]
 }
 
-/// Pushes the compiled source, or an error message; returns whether it could be compiled.
+/// Compiles a source and pushes the function, or an error message; returns whether the source could be compiled.
 ///
 /// # Safety
 /// Must run in protected mode, since it may raise an error.

@@ -1,6 +1,6 @@
 //! Transfers plain data of a snapshot to a script whose source has changed.
 //!
-//! The new script has already run. Globals that hold plain data (numbers, strings, booleans, tables of these without
+//! The new script has already run. Globals with plain data (numbers, strings, booleans, tables of these without
 //! metatables) get the values of the old script, unless the new script has set them to a different type; the random
 //! generator is transferred as well. Functions and local variables are those of the new script.
 
@@ -13,15 +13,16 @@ use super::{
 };
 use crate::stack::{self, reg, registry};
 
-/// Stack layout: created tables, by object index; objects that existed before the script ran; the globals.
+/// Stack layout: the created tables, by object index; below, the objects that existed before the script ran, and the
+/// globals.
 const OBJECTS: i32 = 1;
 const BASELINE: i32 = 2;
 const GLOBALS: i32 = 3;
 
-/// A transfer in progress. It is kept outside of Lua, so that a Lua error leaks nothing.
+/// A transfer in progress. It is owned outside Lua, so that a Lua error does not leak memory.
 pub(super) struct Transfer {
     image: Image,
-    /// For each object, whether it is a table of plain data.
+    /// Whether each object is a table of plain data.
     plain: Vec<bool>,
     pub(super) refused: Option<&'static str>,
 }
@@ -44,7 +45,7 @@ impl Transfer {
         luaL_checkstack(l, 20, std::ptr::null());
         lua_createtable(l, 0, 0);
         if registry(l, reg::BASELINE) != LUA_TTABLE || fingerprint(l, BASELINE) != self.image.baseline {
-            self.refused = Some("it was saved with a different library or different preludes");
+            self.refused = Some("the state was saved with a different library or different preludes");
             return;
         }
         lua_pushglobaltable(l);
@@ -123,7 +124,7 @@ impl Transfer {
     }
 }
 
-/// Returns for each object whether it is a table of plain data at any depth.
+/// Returns for each object whether it is a table that contains only plain data, at any depth.
 fn plain(image: &Image) -> Vec<bool> {
     let own = |o: &Object| o.baseline.is_none() && matches!(&o.kind, Kind::Table(t) if t.meta.is_none());
     let mut plain: Vec<bool> = image.objects.iter().map(own).collect();

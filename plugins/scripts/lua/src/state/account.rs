@@ -7,22 +7,22 @@ use tatu_plugin_api::{abi::TATU_ERR_BUDGET, safe::*};
 
 use crate::lua_internals::{self, INSTRUCTION, Meter};
 
-/// Instructions between two runs of the hook. The cost is in having a hook; running it more often costs hardly
-/// anything.
+/// Number of instructions between two runs of the hook. The main cost is that a hook exists; running it more often adds
+/// little.
 pub(crate) const HOOK_INTERVAL: u64 = 1000;
 
 /// Budget of the running call. All numbers are in units, see `lua_internals`.
 pub(crate) struct Account {
     /// The counter in Lua's own memory.
     meter: Cell<*const Meter>,
-    /// Used instead if the counter in Lua is not accessible.
+    /// The counter that is used if the one in Lua is not accessible.
     own: Meter,
-    /// The part of the used units that nested calls have reported already.
+    /// The part of the used units that nested calls have already reported.
     reported: Cell<u64>,
     pub exhausted: Cell<bool>,
     /// Instructions of the call that exhausted the budget.
     pub spent: Cell<u64>,
-    /// Lua's countdown to the next hook run on the main thread; null: not accessible.
+    /// Lua's countdown to the next run of the main thread's hook, or null if it is not accessible.
     countdown: Cell<*mut i32>,
     /// File and line at which the budget ran out.
     pub place: RefCell<Option<(String, u64)>>,
@@ -36,7 +36,7 @@ pub(crate) struct Outer {
     limit: u64,
 }
 
-/// No limit.
+/// Value of a limit that is never reached.
 const ENDLESS: u64 = u64::MAX;
 
 impl Default for Account {
@@ -58,8 +58,8 @@ impl Account {
         // SAFETY: the pointer is null, or points into the Lua state, which is closed only when this `State` is dropped.
         unsafe { self.meter.get().as_ref() }.unwrap_or(&self.own)
     }
-    /// Charges the instructions of the main thread since the last hook run, and restarts the countdown. Then the usage
-    /// of a call does not depend on earlier calls, and is the same in a restored state as in the saved one.
+    /// Charges the instructions of the main thread since the last run of the hook, and restarts the countdown. As a
+    /// result, the usage of a call does not depend on earlier calls, and is the same in a restored state.
     fn charge_main_thread(&self) {
         let countdown = self.countdown.get();
         if countdown.is_null() || self.exhausted.get() {
@@ -74,7 +74,7 @@ impl Account {
             *countdown = HOOK_INTERVAL as i32;
         }
     }
-    /// Begins a call with a budget of `instructions`, or without a limit if that is 0; returns the argument for `end`.
+    /// Begins a call with a budget of `instructions`, or without a limit if it is 0; returns the argument for `end`.
     pub(crate) fn begin(&self, instructions: u64) -> Outer {
         self.charge_main_thread();
         let limit = match instructions {
@@ -99,7 +99,7 @@ impl Account {
     pub(crate) fn refusal(&self) -> Option<Fail> {
         self.exhausted.get().then(|| {
             let fail = Fail::with_code(TATU_ERR_BUDGET, self.message())
-                .help("look for an endless loop, or give scripts more instructions");
+                .help("look for an endless loop, or increase the budget of scripts");
             match self.place.borrow().clone() {
                 Some((file, line)) => fail.at(file, line),
                 None => fail,
@@ -109,7 +109,7 @@ impl Account {
     /// Locates the meter and the main thread's countdown.
     ///
     /// # Safety
-    /// The main thread must be live, run nothing, and have its hook armed.
+    /// The main thread must be live and idle, with its hook armed.
     pub(crate) unsafe fn locate(&self, main: *mut lua_State) {
         self.meter.set(lua_internals::meter(main));
         self.countdown.set(lua_internals::hook_count(main));
@@ -118,7 +118,7 @@ impl Account {
     pub(crate) fn release(&self) -> u64 {
         self.meter().limit.replace(ENDLESS)
     }
-    /// Sets the limit again after `release`.
+    /// Restores the limit after `release`.
     pub(crate) fn confine(&self, limit: u64) {
         self.meter().limit.set(limit);
     }
@@ -127,6 +127,6 @@ impl Account {
         self.exhausted.get()
     }
     fn message(&self) -> String {
-        format!("the script used up its {} instructions of one call", self.spent.get())
+        format!("the script has used up its {} instructions for a call", self.spent.get())
     }
 }

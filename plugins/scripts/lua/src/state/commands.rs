@@ -2,7 +2,7 @@
 
 use tatu_plugin_api::{abi::*, safe::*};
 
-/// Functions of the commands service.
+/// Functions of the host's command service.
 #[derive(Clone, Copy)]
 pub(crate) struct Commands {
     find: extern "C" fn(WorldRef<'_>, Lent<'_>, Option<&mut u32>) -> u32,
@@ -32,8 +32,8 @@ impl Commands {
             call_func: t.call_func?,
         })
     }
-    /// Returns id and alias of a name packed as id << 8 | alias, as stored in bound functions, or 0 if there is no such
-    /// command. A command has at most 255 names.
+    /// Returns the id and alias of a command name as id << 8 | alias, the format stored in bound functions, or 0 if
+    /// there is no such command. A command has at most 255 names.
     pub fn number(&self, world: WorldRef<'_>, name: &[u8]) -> u32 {
         let mut alias = 0;
         match (self.find)(world, name.into(), Some(&mut alias)) {

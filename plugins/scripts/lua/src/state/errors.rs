@@ -7,15 +7,15 @@ use tatu_plugin_api::safe::*;
 /// The most recent errors of a script.
 #[derive(Default)]
 pub(crate) struct Errors {
-    /// The last error of a command, and its text as the script sees it.
+    /// The last error of a command, and its text for the script.
     pub raised: Option<(Fail, Vec<u8>)>,
-    /// The error that the message handler saw last.
+    /// The last error recorded by the message handler.
     pub caught: Option<Caught>,
     /// The last unresolved names, with their prefixes.
     pub unresolved: VecDeque<Vec<u8>>,
 }
 
-/// A Lua error.
+/// A Lua error, as recorded by the message handler.
 pub(crate) struct Caught {
     pub text: Vec<u8>,
     pub traceback: Vec<u8>,

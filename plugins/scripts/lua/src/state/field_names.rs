@@ -1,7 +1,7 @@
 //! Names that an API gives to fields in the maps passed to and returned by callbacks.
 //!
-//! The host has neutral field names. A prelude declares the names in its API: `arguments.dyn.step = "passCnt"` and
-//! `results.contact.ignoreContact = "ignore"`.
+//! The host uses neutral field names. A prelude declares the corresponding names in its API, for example
+//! `arguments.dyn.step = "passCnt"` and `results.contact.ignoreContact = "ignore"`.
 
 use mlua_sys::*;
 
@@ -40,8 +40,8 @@ impl FieldNames {
         self.0.iter().any(|(of, _, _)| of == callback)
     }
 
-    /// Replaces the table at index `at` by a copy with renamed fields; any other value is kept. It copies because the
-    /// table itself may belong to the script.
+    /// Replaces the table at index `at` with a copy with renamed fields, because the table itself may belong to the
+    /// script; leaves any other value unchanged.
     ///
     /// # Safety
     /// Must run in protected mode; `at` must be a positive stack index.

@@ -1,4 +1,4 @@
-//! Open files of a script, stored outside of the Lua state so that they are closed however it ends.
+//! Open files of a script, stored outside the Lua state, so that they are closed regardless of how it is destroyed.
 
 use std::{
     fs::File,
@@ -8,7 +8,7 @@ use std::{
 use tatu_plugin_api::abi::*;
 
 const BLOCK: usize = 8 << 10;
-/// Most bytes read at once.
+/// Maximum number of bytes per result.
 const MOST: usize = crate::alloc::SLOT_BYTES;
 
 /// Open files by number.
@@ -45,12 +45,12 @@ impl Files {
 /// An open file.
 pub(crate) struct Open {
     file: File,
-    /// Written bytes that are not flushed yet.
+    /// Written bytes that have not been flushed yet.
     unwritten: Vec<u8>,
-    /// Read buffer, and how much of it has been consumed.
+    /// Read buffer; below, the number of its bytes that have been consumed.
     ahead: Vec<u8>,
     at: usize,
-    /// The last result.
+    /// The result of the last read.
     pub out: Vec<u8>,
 }
 

@@ -1,4 +1,4 @@
-//! The state of one script: its Lua state, and the plugin's data about it.
+//! The state of a script: its Lua state, and the plugin's data about the script.
 
 pub(crate) mod account;
 pub(crate) mod commands;
@@ -31,7 +31,7 @@ use text::Text;
 pub(crate) struct State {
     /// The main thread.
     pub main: *mut lua_State,
-    /// The running thread, on which nested calls run.
+    /// The running thread, which also runs nested calls.
     pub running: Cell<*mut lua_State>,
     pub world: *mut tatu_world,
     pub host: Host,
@@ -40,7 +40,7 @@ pub(crate) struct State {
     pub time: Prop,
     /// The start date of the run.
     pub epoch: Prop,
-    /// Whether the state was restored and the warning about key order has not been logged since.
+    /// Whether the state was restored, and the warning about the order of keys has not been logged since.
     pub restored: Cell<bool>,
     /// Number of calls from the host.
     pub entries: Cell<u64>,
@@ -48,17 +48,17 @@ pub(crate) struct State {
     pub depth: Cell<u32>,
     /// Position in the world's arena at which the running call began.
     pub mark: Cell<u64>,
-    /// The host's generation of commands for which the name caches are valid.
+    /// The generation of the host's commands for which the name caches are valid.
     pub generation: Cell<u64>,
     pub budget: Account,
-    /// The last token issued, and the thread of the last wait.
+    /// The last token issued; below, the thread of the last wait.
     pub token: Cell<u64>,
     pub waiting: Cell<(u64, *mut lua_State)>,
-    /// The last ids of borrowed and kept functions.
+    /// The last id of a borrowed function; below, that of a kept function.
     pub borrowed: Cell<u32>,
     pub returned: Cell<u32>,
     pub kept: Cell<u32>,
-    /// The last number issued instead of an address.
+    /// The last number that was assigned to an object in place of its address.
     pub numbers: Cell<i64>,
     /// Whether the dialect is based on Lua 5.1.
     pub old: Cell<bool>,
@@ -84,7 +84,7 @@ pub(crate) struct State {
     pub failed: RefCell<BTreeMap<u64, Fail>>,
     /// Files and lines at which memory last ran out, innermost first.
     pub memory_positions: RefCell<Vec<(String, u64)>>,
-    /// Whether a panic unwound through the state.
+    /// Whether a panic has unwound through the state.
     pub broken: Cell<bool>,
     /// The Lua function that calls a function of another script; upvalue 1 is the function's id.
     pub foreign: lua_CFunction,
@@ -92,13 +92,13 @@ pub(crate) struct State {
 }
 
 impl State {
-    /// Returns the world.
+    /// Returns the world to which the script belongs.
     pub(crate) fn world(&self) -> World<'_> {
         // SAFETY: the world outlives its scripts, and the host calls a script only on the thread that may use the
         // world; all callers run inside such a call.
         unsafe { World::new(self.world, &self.host) }
     }
-    /// Returns the world in the form that functions of the host take.
+    /// Returns the world in the form that functions of the host accept.
     #[inline]
     pub(crate) fn world_ref(&self) -> WorldRef<'_> {
         self.world().raw()
@@ -129,7 +129,7 @@ impl State {
     }
 }
 
-/// Returns the state that a thread belongs to.
+/// Returns the state to which a thread belongs.
 ///
 /// # Safety
 /// `l` must be a thread of a state created by this plugin; the reference must not be used after the running call.

@@ -14,11 +14,11 @@ pub(crate) const CREATE: usize = 2;
 pub(crate) const WRAP: usize = 3;
 
 impl Originals {
-    /// Stores a function.
+    /// Stores a library function at index `which`.
     pub(crate) fn keep(&self, which: usize, function: Option<lua_CFunction>) {
         self.0[which].set(function);
     }
-    /// Tail-calls the library's function.
+    /// Tail-calls the library function at index `which`.
     ///
     /// # Safety
     /// The call must be the last action of a C function of Lua.

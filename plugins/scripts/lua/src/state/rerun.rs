@@ -11,13 +11,13 @@ use crate::{
 /// Rules for scripts that are run again for each callback.
 #[derive(Default)]
 pub(crate) struct Rerun {
-    /// The global that names the callback.
+    /// The global that identifies the callback.
     pub variable: Vec<u8>,
     /// Value of the variable for each callback.
     pub values: Vec<(Vec<u8>, i64)>,
     /// Callbacks that run only in scripts that contain one of these names.
     needs: Vec<(Vec<u8>, Vec<Vec<u8>>)>,
-    /// Globals that hold the script's own handle.
+    /// Globals whose value is the script's own handle.
     pub script: Vec<Vec<u8>>,
 }
 
@@ -65,19 +65,19 @@ impl Rerun {
         }
         lua_pop(l, 1);
     }
-    /// Returns whether the script runs for a callback.
+    /// Returns whether the script is run for a callback.
     pub(crate) fn has(&self, callback: &[u8]) -> bool {
         self.value(callback).is_some()
     }
-    /// Removes the callbacks whose required names are missing in the script.
+    /// Removes the callbacks that require names which the script does not contain.
     pub(crate) fn require_words(&mut self, words: &[Vec<u8>]) {
         let needs = std::mem::take(&mut self.needs);
         let has = |w: &Vec<u8>| words.binary_search(w).is_ok();
         self.values
             .retain(|(callback, _)| needs.iter().filter(|(name, _)| name == callback).all(|(_, w)| w.iter().any(has)));
     }
-    /// Removes the callbacks for which a script that consists of branches does nothing; `number` returns the value of a
-    /// word.
+    /// If the script consists only of branches on the variable, removes the callbacks without a branch; `number`
+    /// returns the value of a word.
     pub(crate) fn drop_empty_branches(&mut self, text: &[u8], number: impl Fn(&[u8]) -> Option<i64>) {
         let Some(branches) = lexer::branches(text, &self.variable) else { return };
         let values: Option<Vec<i64>> = branches.iter().map(|name| number(name)).collect();
@@ -85,7 +85,7 @@ impl Rerun {
             self.values.retain(|(callback, value)| callback == b"init" || values.contains(value));
         }
     }
-    /// Sets the globals for a run of `owner`'s script.
+    /// Sets the globals for a run of the script that belongs to `owner`.
     ///
     /// # Safety
     /// Must run in protected mode, with a few free stack slots.
@@ -108,7 +108,7 @@ impl Rerun {
         }
         lua_pop(l, 2);
     }
-    /// Pushes the list of the names of these globals, and caches it: creating the strings each time takes longer than a
+    /// Pushes the list of the names of these globals, and caches it, because creating the strings takes longer than a
     /// lookup.
     unsafe fn cache_names(&self, l: *mut lua_State) {
         lua_createtable(l, 1 + self.script.len() as i32, 0);

@@ -8,18 +8,18 @@ use super::account::HOOK_INTERVAL;
 
 /// Instructions per millisecond.
 pub(crate) const PER_MS: f64 = 20_000.0;
-/// Default slice length, instructions: 2 ms.
+/// Default slice length, in instructions: 2 ms.
 const DEFAULT: u64 = 40_000;
 
 /// Preemption state of a script's threads.
 pub(crate) struct Slices {
     /// The command that waits for the next step, as id << 8 | alias; 0: no preemption.
     pub switch: Cell<u32>,
-    /// Slice length, instructions; 0: no preemption.
+    /// Slice length, in instructions; 0: no preemption.
     pub length: Cell<u64>,
     /// Instructions used in the current slice.
     pub used: Cell<u64>,
-    /// The plugin's coroutine that is running; null if none is.
+    /// The plugin's coroutine that is running, or null if none is.
     pub own: Cell<*mut lua_State>,
 }
 
@@ -39,7 +39,7 @@ impl Slices {
     pub(crate) fn enter(&self, thread: *mut lua_State) -> (*mut lua_State, u64) {
         (self.own.replace(thread), self.used.replace(0))
     }
-    /// Ends the slice, after the thread yielded or ended.
+    /// Ends the slice after the thread has yielded or finished.
     pub(crate) fn leave(&self, outer: (*mut lua_State, u64)) {
         self.own.set(outer.0);
         self.used.set(outer.1);
@@ -50,5 +50,5 @@ impl Slices {
     }
 }
 
-// The hook runs at this interval, so a slice cannot be shorter than it.
+// A slice cannot be shorter than the interval at which the hook runs.
 const _: () = assert!(DEFAULT as f64 == 2.0 * PER_MS && DEFAULT >= HOOK_INTERVAL);

@@ -4,17 +4,17 @@ use std::{borrow::Cow, collections::VecDeque, sync::Arc};
 
 use super::{field_names::FieldNames, rerun::Rerun};
 
-/// How callbacks are run.
+/// How the callbacks of a script are run.
 #[derive(Clone, Copy, PartialEq, Eq, Default)]
 pub(crate) enum Style {
     /// The script has not run yet.
     #[default]
     NotRun,
-    /// The script defines a function per callback, or none at all.
+    /// The script defines functions for its callbacks, or has no callbacks.
     Functions,
     /// The script is run again for each callback.
     Rerun,
-    /// The script runs once per step; nothing else is called.
+    /// The script runs once per step; other callbacks are not called.
     Step,
     /// The script runs once, as a coroutine.
     Thread,
@@ -39,13 +39,13 @@ pub(crate) struct Rules {
     pub api: Vec<Vec<u8>>,
     /// The dialect inferred from the source.
     pub dialect: Option<String>,
-    /// Dialects for worlds that specify none, for old and for modern scripts.
+    /// Dialect of old scripts in worlds that do not specify a dialect; below, that of modern scripts.
     pub old_dialect: Option<String>,
     pub new_dialect: Option<String>,
     /// The command that waits for the next step.
     pub switch: Vec<u8>,
     pub single: bool,
-    /// Names that an API gives to fields of callback arguments, and to fields of results.
+    /// An API's names for fields of callback arguments; below, those for fields of callback results.
     pub argument_names: FieldNames,
     pub result_names: FieldNames,
     /// Script orders by dialect: (first version, order), oldest first.
@@ -72,7 +72,7 @@ pub(crate) struct Text {
     pub style: Style,
     /// Whether the script may have the style `Rerun`.
     pub may_rerun: bool,
-    /// Whether the clean-up has run, after which nothing is called.
+    /// Whether the clean-up has run, after which no callback is called.
     pub over: bool,
     /// Callables that were looked up: (`TATU_FIND_*`, name).
     pub names: Vec<(u32, Arc<[u8]>)>,
@@ -83,7 +83,7 @@ impl Text {
     pub(crate) fn name(&self) -> String {
         self.chunk.clone()
     }
-    /// Returns the unknown command that a message is about, if the script called it or indexed an unknown namespace.
+    /// Returns the unknown command to which a message refers, if the script called it or indexed an unknown namespace.
     pub(crate) fn unknown(&self, message: &str, unresolved: &VecDeque<Vec<u8>>) -> Option<String> {
         let call = message.strip_prefix("attempt to call a nil value (");
         let rest = call.or_else(|| message.strip_prefix("attempt to index a nil value ("))?;

@@ -21,14 +21,14 @@ unsafe fn remove(l: *mut lua_State, name: &std::ffi::CStr) {
     lua_setfield(l, -2, name.as_ptr());
 }
 
-/// Stores the address of a library function in the table on top.
+/// Stores the library function `name` of the table on top of the stack, for a replacement that wraps it.
 unsafe fn original(l: *mut lua_State, name: &std::ffi::CStr, which: usize) {
     lua_getfield(l, -1, name.as_ptr());
     state::of(l).originals.keep(which, lua_tocfunction(l, -1));
     lua_pop(l, 1);
 }
 
-/// Registers the C functions that have no upvalues in the table on top again, with an upvalue.
+/// Replaces the C functions without upvalues in the table on top of the stack with closures that have one.
 pub(super) unsafe fn add_upvalues(l: *mut lua_State) {
     lua_pushnil(l);
     while lua_next(l, -2) != 0 {
@@ -147,8 +147,8 @@ unsafe fn watch_order(l: *mut lua_State, idx: i32) {
         s.restored.set(false);
         s.log(
             TATU_LOG_WARNING,
-            b"a script goes through keys that are tables or functions: after a snapshot their order may be another than \
-              in the run that wrote it",
+            b"a script traverses keys that are tables or functions; after a restore, their order may differ from the \
+              order in the run that saved the snapshot",
         );
     }
 }
@@ -200,7 +200,7 @@ unsafe extern "C-unwind" fn setmetatable(l: *mut lua_State) -> i32 {
         lua_setmetatable(l, 1);
         return 1;
     }
-    // Lua checks for `__gc` when a metatable is set, so the field is hidden during that.
+    // Lua checks for `__gc` only when a metatable is set, so hide the field during this operation.
     push(l, b"__gc");
     if lua_rawget(l, 2) != LUA_TNIL {
         push(l, b"__gc");
@@ -239,7 +239,7 @@ unsafe extern "C-unwind" fn collectgarbage(l: *mut lua_State) -> i32 {
     1
 }
 
-/// Implements `xpcall`. The script's handler is skipped once the budget is exhausted, since nothing would limit it.
+/// Implements `xpcall`. Once the budget is exhausted, the script's handler is not called, as it would be unlimited.
 unsafe extern "C-unwind" fn xpcall(l: *mut lua_State) -> i32 {
     let n = lua_gettop(l);
     luaL_checktype(l, 2, LUA_TFUNCTION);

@@ -1,4 +1,4 @@
--- Functions removed from the language. Arguments: whether the dialect is old, and three helper functions.
+-- Functions that were removed from Lua. Arguments: whether the dialect is old, and three helper functions.
 local old, truncating, getfenv51, setfenv51 = ...
 -- Local copies, because scripts may redefine these globals.
 local type, pairs, tonumber, math = type, pairs, tonumber, math
@@ -10,13 +10,13 @@ math.log10 = math.log10 or function(x) return math.log(x, 10) end
 
 if not old then return end
 
--- Truncates a number.
+-- Truncates a number towards zero, as Lua 5.1 did for integer arguments.
 local function integer(x)
   x = tonumber(x)
   return x and (x < 0 and math.ceil(x) or math.floor(x))
 end
 
--- Lua 5.1, including its leftovers of 5.0.
+-- Functions of Lua 5.1, including those that it retained from 5.0.
 loadstring = load
 getfenv, setfenv = getfenv51, setfenv51
 math.cosh = math.cosh or function(x) return (math.exp(x) + math.exp(-x)) / 2 end
@@ -53,14 +53,14 @@ function table.foreachi(t, f)
   end
 end
 
--- Arguments with fractions were truncated where an integer is expected.
+-- Lua 5.1 truncated fractions in arguments that must be integers.
 math.random = truncating(math.random, 1)
 string.char = truncating(string.char, 1)
 string.rep = truncating(string.rep, 2)
 string.sub = truncating(string.sub, 2)
 string.byte = truncating(string.byte, 2)
 
--- All numbers were floats: the remainder of a division by 0 is NaN, not an error.
+-- In Lua 5.1, all numbers were floats, so the remainder of a division by 0 is NaN, not an error.
 local fmod = math.fmod
 function math.fmod(x, y)
   if tonumber(y) == 0 and tonumber(x) then return 0 / 0 end
@@ -68,7 +68,7 @@ function math.fmod(x, y)
 end
 math.mod = math.fmod
 
--- Positions outside of the list were not errors.
+-- In Lua 5.1, positions outside the list were not errors.
 local insert, remove = table.insert, table.remove
 function table.insert(t, ...)
   local at, value = ...

@@ -30,7 +30,7 @@ pub(crate) fn open(s: &State, old: bool) -> Result {
     })
 }
 
-/// Wraps a library function so that its arguments, from a given one on, are truncated to integers.
+/// Wraps a library function so that its arguments, starting with a given one, are truncated to integers.
 unsafe extern "C-unwind" fn truncating(l: *mut lua_State) -> i32 {
     luaL_checktype(l, 1, LUA_TFUNCTION);
     lua_settop(l, 2);
@@ -50,7 +50,7 @@ unsafe extern "C-unwind" fn truncated(l: *mut lua_State) -> i32 {
     lua_gettop(l)
 }
 
-/// Pushes the function given by argument 1, which is a function or a call level.
+/// Pushes the function that argument 1 specifies, either directly or by a call level.
 unsafe fn function_of(l: *mut lua_State) {
     if lua_type(l, 1) == LUA_TFUNCTION {
         lua_pushvalue(l, 1);
@@ -64,7 +64,7 @@ unsafe fn function_of(l: *mut lua_State) {
     lua_getinfo(l, c"f".as_ptr(), &mut ar);
 }
 
-/// Returns the number of the upvalue of the function on top that holds its globals, or 0 if there is none.
+/// Returns the index of the upvalue with the globals of the function on top of the stack, or 0 if it has none.
 unsafe fn environment(l: *mut lua_State) -> i32 {
     for n in 1..=255 {
         let name = lua_getupvalue(l, -1, n);

@@ -1,4 +1,4 @@
-//! The library `io`: files in the folders that the run allows. Standard output goes to the log.
+//! The library `io`: files in the folders that the run allows. Standard output is written to the log.
 
 use mlua_sys::*;
 use tatu_plugin_api::abi::*;
@@ -16,7 +16,7 @@ use crate::{
     values::to_text,
 };
 
-/// Values in a file's userdata: closed, the log, or the index of an open file plus `FIRST`.
+/// Value in the userdata of a closed file; below, those of the log, and of the first open file.
 const CLOSED: usize = 0;
 const CONSOLE: usize = 1;
 const FIRST: usize = 2;
@@ -67,7 +67,7 @@ unsafe fn push_file(l: *mut lua_State, number: usize) {
     lua_setmetatable(l, -2);
 }
 
-/// Returns the address of the number in the file userdata at `idx`, or null if it is not a file.
+/// Returns the address of the number in the file userdata at `idx`, or null if the value is not a file.
 unsafe fn place(l: *mut lua_State, idx: i32) -> *mut usize {
     let data = lua_touserdata(l, idx).cast::<usize>();
     if data.is_null() || lua_getmetatable(l, idx) == 0 {
@@ -88,7 +88,7 @@ unsafe fn number(l: *mut lua_State, idx: i32) -> usize {
     if *place == CLOSED {
         errors::raise_text(l, "attempt to use a closed file");
     }
-    // The order of accesses by parallel scripts would depend on the scheduling of threads.
+    // The order in which parallel scripts access a file would depend on thread scheduling.
     if *place >= FIRST && state::of(l).parallel.get() {
         errors::raise_text(l, "files cannot be used in a script that runs in parallel with others");
     }
@@ -174,7 +174,7 @@ unsafe extern "C-unwind" fn io_lines(l: *mut lua_State) -> i32 {
     }
 }
 
-/// Upvalues of the iterator: file, whether to close it at the end, formats.
+/// Pushes the iterator of `lines`, whose upvalues are the file, whether to close it at the end, and the formats.
 unsafe fn iterate(l: *mut lua_State, close: bool) -> i32 {
     let formats = lua_gettop(l) - 1;
     if formats > 200 {
@@ -218,10 +218,10 @@ unsafe extern "C-unwind" fn io_read(l: *mut lua_State) -> i32 {
     1
 }
 
-/// Most bytes of an incomplete line that are buffered.
+/// Maximum number of buffered bytes of an incomplete line.
 const LONGEST_LINE: usize = 1 << 20;
 
-/// Logs text of `io.write` in whole lines.
+/// Logs text of `io.write` in complete lines.
 fn to_log(s: &State, bytes: &[u8]) {
     for part in bytes.split_inclusive(|b| *b == b'\n') {
         let mut line = s.line.borrow_mut();
@@ -327,7 +327,7 @@ unsafe extern "C-unwind" fn read(l: *mut lua_State) -> i32 {
     n
 }
 
-/// Reads one format into the file's buffer. Returns `None` if the format is unknown.
+/// Reads a value of one format into the file's result buffer. Returns `None` if the format is unknown.
 fn read_one(s: &State, number: usize, kind: u8, count: usize) -> Option<Result<bool, i64>> {
     let mut files = s.files.borrow_mut();
     let Some(file) = files.get(number) else {

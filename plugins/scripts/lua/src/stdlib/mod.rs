@@ -1,7 +1,7 @@
 //! The standard library of scripts: permitted functions of Lua, and replacements for the others.
 //!
-//! Every C function is registered with an upvalue. Without one it would be a bare code address, which differs between
-//! runs and would affect the order of such functions as table keys.
+//! Every C function is registered with an upvalue. Without an upvalue, it would be a bare code address, which differs
+//! between runs, and would affect the order of such functions as table keys.
 
 mod base;
 pub(crate) mod compat;
@@ -33,7 +33,7 @@ pub(crate) unsafe fn open(l: *mut lua_State) {
         lua_newtable(l);
         lua_rawseti(l, LUA_REGISTRYINDEX, place);
     }
-    // Weak keys, so that an object is not kept alive by its number.
+    // The keys are weak, so that the number of an object does not keep the object alive.
     registry(l, reg::NUMBERS);
     lua_newtable(l);
     push(l, b"k");

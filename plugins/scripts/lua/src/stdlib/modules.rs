@@ -31,7 +31,7 @@ pub(crate) unsafe fn open(l: *mut lua_State) {
     lua_pop(l, 1);
 }
 
-/// Size limit of a source file, in bytes.
+/// Maximum size of a source file, in bytes.
 const MOST_BYTES: u64 = 16 << 20;
 
 /// Reads a file into the scratch buffer; returns false on failure, with the reason in the buffer.
@@ -47,7 +47,8 @@ fn read(s: &State, name: &[u8]) -> bool {
     done
 }
 
-/// Limits on the sources kept for snapshots, because a script may load a new one in each step.
+/// Maximum number of sources that are stored for snapshots, because a script may load a new one in each step; below,
+/// the maximum of their total size.
 const TEXTS: usize = 64;
 const TEXT_BYTES: usize = 1 << 20;
 
@@ -134,7 +135,7 @@ unsafe extern "C-unwind" fn require(l: *mut lua_State) -> i32 {
     if !find(l) {
         return missing(l);
     }
-    // Slot 3 holds what was found; a function is the module's chunk.
+    // Slot 3 contains the module's chunk (a function), or its value.
     if lua_type(l, 3) == LUA_TFUNCTION {
         lua_pushvalue(l, 1);
         lua_call(l, 1, 1);
@@ -181,7 +182,7 @@ unsafe fn find(l: *mut lua_State) -> bool {
             return true;
         }
     }
-    // The script's own folder comes first: models bring their modules along.
+    // The script's own folder takes precedence, because models are distributed with their modules.
     for folder in [own_folder(s), Vec::new()] {
         lua_settop(l, 2);
         push(l, &folder);
@@ -195,14 +196,14 @@ unsafe fn find(l: *mut lua_State) -> bool {
             return true;
         }
         if !s.scratch.borrow().starts_with(b"cannot open ") {
-            lua_error(l); // a file that is there, with an error of its own
+            lua_error(l); // the file exists, but cannot be compiled
         }
     }
-    // Files come first, so that a user's module may have the name of a plugin's module.
+    // Files take precedence, so that a user's module may have the name of a plugin's module.
     lua_settop(l, 2);
     let module = bytes(l, 1);
     let exact = preludes(s).find(|(name, _)| !name.is_empty() && *name == module);
-    // The original found its files case-insensitively on two of its three systems, and scripts rely on that.
+    // The original finds its files case-insensitively on two of its three platforms, and scripts rely on this.
     let found = exact.or_else(|| preludes(s).find(|(name, _)| !name.is_empty() && name.eq_ignore_ascii_case(module)));
     if let Some((_, text)) = found {
         push(l, b"=");
@@ -219,7 +220,7 @@ unsafe fn find(l: *mut lua_State) -> bool {
     false
 }
 
-/// Returns the folder of the script's file, with a slash at its end; empty if the script is not in a folder.
+/// Returns the folder of the script's file, with a trailing slash, or an empty path if the script is not in a folder.
 fn own_folder(s: &State) -> Vec<u8> {
     let text = s.text.borrow();
     text.chunk.rfind('/').map_or_else(Vec::new, |end| text.chunk.as_bytes()[..=end].to_vec())
@@ -240,7 +241,7 @@ fn not_found(s: &State, name: &[u8]) -> Fail {
         TATU_ERR_SCRIPT,
         format!(
             "there is no module `{name}`: no plugin provides it, no command begins with `{name}.`, and no allowed \
-             folder has a file {}.lua",
+             folder contains a file {}.lua",
             name.replace('.', "/")
         ),
     )

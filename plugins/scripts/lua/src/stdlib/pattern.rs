@@ -22,23 +22,23 @@ enum Length {
     Bytes(usize),
 }
 
-/// A capture.
+/// The value of a capture.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Capture {
-    /// A position in the subject, 0-based.
+    /// A zero-based position in the subject.
     Position(usize),
     /// A range of the subject.
     Part(usize, usize),
 }
 
-/// State of a match. It is plain data, since a Lua error may jump over it.
+/// State of a match. It is plain data without a destructor, because a Lua error may jump over it.
 pub(crate) struct Matcher<'a> {
     src: &'a [u8],
     pat: &'a [u8],
     captures: [(usize, Length); MAX_CAPTURES],
     level: usize,
     depth: u32,
-    /// Steps so far, over all matches.
+    /// Number of steps so far, in all matches.
     pub steps: u64,
     most: u64,
 }
@@ -55,7 +55,7 @@ impl<'a> Matcher<'a> {
         (self.level, self.depth) = (0, 0);
         self.go(s, 0)
     }
-    /// Returns the number of captures; without any, the whole match counts as one if `whole` is set.
+    /// Returns the number of captures; if there are none and `whole` is set, the whole match counts as a capture.
     pub(crate) fn count(&self, whole: bool) -> usize {
         if self.level == 0 && whole { 1 } else { self.level }
     }
@@ -149,7 +149,7 @@ impl<'a> Matcher<'a> {
         self.steps_of(1)
     }
 
-    /// Counts the steps of matching a byte with a class of `bytes` bytes: the class is searched for each byte of the
+    /// Counts the steps for matching a byte against a class of `bytes` bytes, which is searched for each byte of the
     /// subject.
     fn class_steps(&mut self, bytes: usize) -> Result<(), Fault> {
         self.steps_of(bytes as u64 / 4)

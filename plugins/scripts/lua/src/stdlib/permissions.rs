@@ -1,4 +1,4 @@
-//! Functions that need permission from the run: starting programs, and loading native libraries.
+//! Functions that require a permission of the run: starting programs, and loading native libraries.
 
 use mlua_sys::*;
 
@@ -8,7 +8,7 @@ use crate::{
     state::State,
 };
 
-/// Implements `package.loadlib` and `require` of native libraries by two functions of Lua's `package`.
+/// Lua code that implements `package.loadlib` and `require` of native libraries with two functions of Lua's `package`.
 const NATIVE: &[u8] = b"
 local loadlib, searchpath = ...
 package.loadlib, package.searchpath, package.cpath = loadlib, searchpath, './?.so;./?.dll'
@@ -20,7 +20,7 @@ end})";
 /// Installs the functions that the run allows.
 ///
 /// # Safety
-/// Must run in protected mode, after the library was opened.
+/// Must run in protected mode, after the library has been opened.
 pub(crate) unsafe fn open(l: *mut lua_State, s: &State) {
     let allows = |what: &str| {
         let all = s.world().get(0, s.host.prop("scene.allow"));
@@ -51,7 +51,7 @@ pub(crate) unsafe fn open(l: *mut lua_State, s: &State) {
     }
 }
 
-/// Opens a library of Lua, and moves one of its functions into this plugin's library of that name.
+/// Opens a library of Lua, and copies one of its functions to this plugin's library with the same name.
 unsafe fn install(l: *mut lua_State, open: lua_CFunction, name: &std::ffi::CStr, ours: &std::ffi::CStr) {
     lua_pushcclosure(l, open, 0);
     lua_call(l, 0, 1);

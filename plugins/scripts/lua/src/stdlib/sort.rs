@@ -1,5 +1,5 @@
-//! `table.sort`. Lua's own implementation chooses pivots by the clock in unbalanced ranges, so that the order of equal
-//! elements differs between runs. This is the same algorithm with deterministic pivots.
+//! `table.sort`. In unbalanced ranges, Lua's own implementation chooses pivots by the clock, so that the order of equal
+//! elements differs between runs. This implementation uses the same algorithm with deterministic pivots.
 
 use mlua_sys::*;
 
@@ -22,7 +22,7 @@ pub(crate) unsafe extern "C-unwind" fn sort(l: *mut lua_State) -> i32 {
     0
 }
 
-/// Returns whether the value at `a` sorts before the one at `b`; both indices are relative to the top.
+/// Returns whether the value at `a` sorts before the one at `b`; both indices are relative to the top of the stack.
 unsafe fn before(l: *mut lua_State, a: i32, b: i32) -> bool {
     if lua_type(l, 2) == LUA_TNIL {
         return lua_compare(l, a, b, LUA_OPLT) != 0;
@@ -41,7 +41,7 @@ unsafe fn set2(l: *mut lua_State, i: i64, j: i64) {
     lua_seti(l, 1, j);
 }
 
-/// Partitions by the pivot on top, which is also at `up - 1`; returns the pivot's final index.
+/// Partitions by the pivot on top of the stack, which is also at `up - 1`; returns the pivot's final index.
 unsafe fn partition(l: *mut lua_State, lo: i64, up: i64) -> i64 {
     let (mut i, mut j) = (lo, up - 1);
     loop {
@@ -87,7 +87,7 @@ unsafe fn quick(l: *mut lua_State, mut lo: i64, mut up: i64, mut turn: i64) {
         if up - lo == 1 {
             return;
         }
-        // The middle, or in large unbalanced ranges, an index near it.
+        // The pivot is the middle element, or in large unbalanced ranges, an element near it.
         let quarter = (up - lo) / 4;
         let mut p = if up - lo < 100 || turn == 0 { (lo + up) / 2 } else { turn % (quarter * 2) + lo + quarter };
         lua_geti(l, 1, p);

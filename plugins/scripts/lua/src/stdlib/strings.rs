@@ -48,7 +48,7 @@ unsafe fn check<T>(l: *mut lua_State, m: &mut Matcher<'_>, found: Result<T, Faul
     }
 }
 
-/// Returns the start position from argument 3, 0-based.
+/// Returns the zero-based start position that argument 3 specifies.
 unsafe fn start(l: *mut lua_State, len: usize) -> usize {
     if state::of(l).old.get() {
         truncate_at(l, 3);
@@ -207,7 +207,7 @@ pub(crate) unsafe extern "C-unwind" fn gsub(l: *mut lua_State) -> i32 {
     2
 }
 
-/// Adds the replacement of a match; returns whether it differs.
+/// Adds the replacement of a match to the result; returns whether it differs from the match.
 unsafe fn replace(
     l: *mut lua_State,
     b: *mut luaL_Buffer,
@@ -238,13 +238,13 @@ unsafe fn replace(
         return false;
     }
     if lua_isstring(l, -1) == 0 {
-        errors::raise_text(l, "invalid replacement value (neither text nor number)");
+        errors::raise_text(l, "invalid replacement value (neither a string nor a number)");
     }
     luaL_addvalue(b);
     true
 }
 
-/// Adds a replacement string with `%1` and the like expanded.
+/// Adds a replacement string to the result, expanding `%1` and similar references.
 unsafe fn expand_template(l: *mut lua_State, b: *mut luaL_Buffer, m: &mut Matcher<'_>, src: &[u8], s: usize, e: usize) {
     let news = bytes(l, 3);
     budget::charge_units(l, news.len() as u64 * BYTE);

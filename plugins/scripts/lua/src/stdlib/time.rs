@@ -1,5 +1,5 @@
-//! The library `os`: date and time of the run (simulation time, unless it runs in real time). It reads nothing from the
-//! machine.
+//! The library `os`: date and time of the run (simulation time, unless it runs in real time). It does not query the
+//! operating system.
 
 use std::fmt::Write;
 
@@ -101,8 +101,8 @@ unsafe extern "C-unwind" fn time(l: *mut lua_State) -> i32 {
     1
 }
 
-/// Returns the days from 1970-01-01 to a date of the Gregorian calendar. `civil_from_days` is its inverse (H. Hinnant,
-/// "chrono-compatible low-level date algorithms").
+/// Returns the number of days from 1970-01-01 to a date of the Gregorian calendar. `civil_from_days` is the inverse
+/// function (H. Hinnant, "chrono-compatible low-level date algorithms").
 fn days_from_civil(year: i64, month: i64, day: i64) -> i64 {
     let y = if month <= 2 { year - 1 } else { year };
     let era = y.div_euclid(400);
@@ -151,7 +151,7 @@ impl Date {
             yearday: days - days_from_civil(year, 1, 1) + 1,
         }
     }
-    /// Appends a `strftime` conversion; returns false if it is unknown.
+    /// Appends the result of a `strftime` conversion; returns false if the conversion is unknown.
     fn add(&self, conversion: char, out: &mut String) -> bool {
         let (day, month) = (DAYS[self.weekday as usize], MONTHS[self.month as usize - 1]);
         let _ = match conversion {

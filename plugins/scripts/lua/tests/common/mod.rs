@@ -1,10 +1,10 @@
-//! A small host for tests: commands, arena, log, files, time, and scripts called through the ABI.
+//! A small host for tests, with commands, an arena, a log, files and time, which calls scripts through the ABI.
 #![allow(
     unsafe_op_in_unsafe_fn,
     clippy::undocumented_unsafe_blocks,
-    reason = "the test plays the host: every pointer is its own, or the plugin's answer"
+    reason = "the test acts as the host: every pointer is its own, or was returned by the plugin"
 )]
-#![allow(dead_code, missing_docs, reason = "each test file uses a part")]
+#![allow(dead_code, missing_docs, reason = "each test file uses only a part of the host")]
 
 use std::{
     cell::{Cell, RefCell},
@@ -27,7 +27,7 @@ pub struct Error {
     pub traceback: String,
 }
 
-/// The world and its services in one object. It is leaked, so that all pointers to it stay valid.
+/// The world and its services in one object. It is leaked, so that all pointers to it remain valid.
 #[repr(C)]
 pub struct Host {
     pub table: tatu_host,
@@ -240,11 +240,11 @@ unsafe extern "C" fn prop(_: *const tatu_host, key: LentCStr<'_>) -> tatu_prop {
     }
 }
 unsafe extern "C" fn get_f64(w: WorldRef<'_>, _: tatu_object, p: tatu_prop, out: *mut f64, _: u32) -> tatu_status {
-    // The start date: the first second of 2015, in universal time.
+    // The start date is the first second of 2015, UTC.
     *out = match p {
         1 => host(w).time.get(),
         2 => 1_420_070_400.0,
-        _ => panic!("a property that this host does not have: {p}"),
+        _ => panic!("this host does not have the property {p}"),
     };
     TATU_OK
 }
@@ -264,7 +264,7 @@ static LOG: tatu_host_log = tatu_host_log {
 extern "C" fn resolve<'a>(w: WorldRef<'a>, name: Lent<'_>, _: u32, out: Option<&mut Lent<'a>>) -> tatu_status {
     let (h, name) = (host(w), name.text());
     if name.contains("..") || name.starts_with('/') {
-        return h.refuse(TATU_ERR_UNSUPPORTED, "outside of the allowed folders");
+        return h.refuse(TATU_ERR_UNSUPPORTED, "outside the allowed folders");
     }
     *h.path.borrow_mut() = format!("{}/{name}", h.folder.borrow());
     // SAFETY: `h.path` keeps the text until the next call of `resolve`, and callers copy it before that.
@@ -348,7 +348,7 @@ impl Host {
         let mut error = Error::new();
         unsafe {
             assert_eq!(p.init.unwrap()(&h.table, &mut me, &mut error.raw), TATU_OK);
-            // The plugin's hook sends panics to the log; show them in tests.
+            // Remove the plugin's panic hook, which sends panics to the log, so that tests print them.
             drop(std::panic::take_hook());
             h.plugin.set(me);
             let ext = p.extension.unwrap()(me, TATU_SCRIPT.as_ptr()).cast::<tatu_ext_script>();
@@ -369,7 +369,7 @@ impl Host {
         *self.error.borrow_mut() = error;
         code
     }
-    /// Fails as a command does: lets the frame refer to the error.
+    /// Fails like a command: stores a reference to the error in the frame.
     pub fn fail(&self, frame: &mut tatu_call, code: tatu_status, t: &str, help: &str) -> tatu_status {
         self.refuse(code, t);
         frame.error = &raw mut self.error.borrow_mut().raw;

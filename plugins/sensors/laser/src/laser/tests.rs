@@ -57,7 +57,7 @@ fn the_strength_of_an_echo_follows_the_lidar_equation() {
     let white = [255; 3];
     let strength = |r, normal, color| laser.echo(ahead, r, normal, color).intensity;
     assert_eq!(strength(1.0, tilted(0.0), white), 1.0);
-    assert_eq!(strength(0.3, tilted(0.0), white), 1.0, "no more than all");
+    assert_eq!(strength(0.3, tilted(0.0), white), 1.0, "at most 1");
     assert_eq!(strength(2.0, tilted(0.0), white), 0.25, "1/r²");
     assert!((strength(1.0, tilted(PI / 3.0), white) - 0.5).abs() < 1e-12, "the cosine of 60 degrees");
     assert!((strength(1.0, tilted(0.0), [255, 0, 0]) - 1.0 / 3.0).abs() < 1e-12);

@@ -145,7 +145,7 @@ fn random_rays_lie_in_their_cone_and_fill_it_evenly() {
         assert!((d.iter().map(|x| x * x).sum::<f64>() - 1.0).abs() < 1e-12);
         assert!(d[2] >= (angle / 2.0).cos() - 1e-12);
     }
-    // A cap of half the height has half the area (Archimedes).
+    // The area of a spherical cap is proportional to its height (Archimedes).
     let half = 1.0 - (1.0 - (angle / 2.0).cos()) / 2.0;
     let inner = all.iter().filter(|d| d[2] > half).count();
     assert_eq!(inner, 5000);

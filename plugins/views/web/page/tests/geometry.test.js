@@ -114,17 +114,17 @@ test("what is not shifted keeps its digits", () => {
 
 test("a turn about a point", () => {
   near(moved(spin(STILL, about(2, 90), [1, 0, 0]), { world: [2, 0, 0, 0, 0, 0, 1], local: [2, 0, 0, 0, 0, 0, 1] }), [1, 1, 0, ...about(2, 90)]);
-  // About itself, in the frame of its parent: it stays, and has turned there.
+  // A rotation about the object itself, in the frame of its parent: the position remains, the orientation changes.
   const after = moved(spin(frameOf("parent", OF), about(2, 15), positionOf(OF.world)), OF);
   near(positionOf(after), positionOf(LOCAL));
   near(toDegrees(rotationOf(after)), [0, 0, 45]);
 });
 
 test("arrow keys go along the axes nearest to the screen's", () => {
-  // From the front, x is across and y goes away; from the side, y is across and x comes nearer.
+  // From the front, x points right and y away; from the side, y points right and x towards the camera.
   assert.deepEqual(screenAxes([0, 0, 0, 1], [1, 0, 0], [0, 0.8, 0.6]), { across: { axis: 0, sign: 1 }, ahead: { axis: 1, sign: 1 } });
   assert.deepEqual(screenAxes([0, 0, 0, 1], [0.1, 0.9, 0], [-0.9, 0.1, 0.5]), { across: { axis: 1, sign: 1 }, ahead: { axis: 0, sign: -1 } });
-  // A frame that is turned by a right angle.
+  // A frame that is rotated by 90 degrees.
   assert.deepEqual(screenAxes(about(2, 90), [1, 0, 0], [0, 1, 0]), { across: { axis: 1, sign: -1 }, ahead: { axis: 0, sign: 1 } });
 });
 

@@ -13,7 +13,7 @@ function drag({ mass, to, seconds, friction = 0 }) {
     const force = pull([to - sx, 0, 0], [sv, 0, 0], mass, bound);
     bound = grown(bound, [to - sx, 0, 0], [sv, 0, 0], dt);
     const a = force[0] / mass;
-    // Friction takes speed away, at most all of it.
+    // Friction reduces the speed, at most to zero.
     v += a * dt;
     v -= Math.sign(v) * Math.min(Math.abs(v), friction * dt);
     x += v * dt;

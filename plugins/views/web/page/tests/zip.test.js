@@ -51,7 +51,7 @@ test("files are unpacked with their folders, folders themselves are left out", a
 });
 
 test("files that are larger than they say are refused", async () => {
-  await assert.rejects(unzip(archive([{ name: "a.toml", text: "x".repeat(100000), size: 10 }])), (e) => /larger than it says/.test(e.error));
+  await assert.rejects(unzip(archive([{ name: "a.toml", text: "x".repeat(100000), size: 10 }])), (e) => /larger than stated/.test(e.error));
   await assert.rejects(unzip(archive([{ name: "a.toml", text: "x", size: 0xffffffff }])), (e) => /too large/.test(e.error));
 });
 
@@ -68,7 +68,7 @@ test("what was packed is unpacked, here and by another program", async () => {
   assert.deepEqual(await unzip(packed.buffer), files);
   const folder = mkdtempSync(join(tmpdir(), "tatu-zip-"));
   writeFileSync(join(folder, "a.zip"), packed);
-  // Python checks the checksums.
+  // Python verifies the checksums.
   const out = execFileSync("python3", ["-c", "import sys, zipfile; z = zipfile.ZipFile(sys.argv[1]); print(z.testzip(), z.namelist())", join(folder, "a.zip")]);
   assert.equal(out.toString().trim(), "None ['a.txt', 'f/\u00e9.bin']");
   rmSync(folder, { recursive: true });

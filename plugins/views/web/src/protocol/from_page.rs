@@ -9,7 +9,7 @@ use serde_json::{Map, Value as Json};
 #[cfg_attr(test, derive(ts_rs::TS), ts(tag = "type"))]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub(crate) enum FromPage {
-    /// Does what a button of the page does.
+    /// Starts, pauses, stops, steps or quits, as the buttons of the page do.
     Run { action: Action },
     /// Sets the speed as a multiple of real time; 0: as fast as possible.
     Speed { speed: f64 },
@@ -21,18 +21,18 @@ pub(crate) enum FromPage {
         file: String,
         part: String,
         last: bool,
-        /// The folder to which it goes: the answer to `folder`.
+        /// The folder for the file, as returned by `folder`.
         #[serde(default)]
         #[cfg_attr(test, ts(optional))]
         folder: Option<String>,
     },
-    /// Creates a folder for the files that follow; the answer is its name.
+    /// Creates a folder for files sent later; the answer is its name.
     Folder { id: u32, name: String },
     /// Replaces the text of a script if it still has the version from which the new text was written.
     SaveScript { id: u32, script: u32, text: String, version: u32 },
     /// Opens a scene of the gallery, or as `tatu.open` does.
     Open { id: u32, file: String },
-    /// Keeps a picture of a recent scene: a PNG in base64.
+    /// Stores a picture of a recent scene: a PNG in base64.
     Picture { scene: String, png: String },
     /// Calls a command.
     Call {
@@ -53,10 +53,11 @@ pub(crate) enum FromPage {
     Graphs { objects: Vec<u32> },
     /// Requests the values of properties and fields of readings in each step from now on. The samples repeat `of`.
     Watch { of: u32, values: Vec<Watched> },
-    /// Requests what is drawn over the scene from now on: contacts, and of bodies centres of mass and velocities.
+    /// Requests data for overlays from now on: contacts, and the centres of mass and velocities of bodies.
     Overlays { contacts: bool, bodies: bool },
-    /// Begins to film, from the next start on, or now during a run; or ends it. The answer to the latter is the film as a
-    /// page in base64, or null if nothing ran, and the time at which it became too large, or null.
+    /// Starts a film, from the next start of the simulation or, during a run, immediately; or ends it. The answer to the
+    /// latter is the film as a page in base64, or null if nothing ran, and the time at which it became too large, or
+    /// null.
     Film { id: u32, on: bool },
     /// Requests the list of all commands.
     Commands {},
@@ -64,7 +65,7 @@ pub(crate) enum FromPage {
     Files {},
 }
 
-/// What is watched of an object: the key of a property, or the name of a field of its readings.
+/// A watched value of an object: the key of a property, or the name of a field of its readings.
 #[derive(Debug, Clone, PartialEq, Eq, Deserialize)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 #[serde(deny_unknown_fields)]
@@ -73,7 +74,7 @@ pub(crate) struct Watched {
     pub(crate) key: String,
 }
 
-/// What a request to run does.
+/// The action of a `run` request.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 #[serde(rename_all = "snake_case")]
@@ -85,7 +86,7 @@ pub(crate) enum Action {
     Quit,
 }
 
-/// Why a request was refused, and the number of the call that it was.
+/// The reason for refusing a request, and the number of the call, if it is one.
 #[derive(Debug, PartialEq, Eq)]
 pub(crate) struct Refused {
     pub(crate) text: String,
@@ -93,7 +94,7 @@ pub(crate) struct Refused {
 }
 
 impl FromPage {
-    /// Returns the number by which an answer refers to the request.
+    /// Returns the number by which the answer refers to the request, if an answer is sent.
     pub(crate) fn id(&self) -> Option<u32> {
         match self {
             FromPage::Drop { id, .. }

@@ -6,9 +6,9 @@ use serde::Serialize;
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[cfg_attr(test, derive(ts_rs::TS), ts(optional_fields, rename = "SceneObject"))]
 pub(crate) struct Object {
-    /// Its handle.
+    /// The handle of the object.
     pub(crate) id: u32,
-    /// The handle of its parent; 0: none. Children of a joint are attached to its moved frame.
+    /// The handle of the parent; 0 if there is none. Children of a joint are attached to its moved frame.
     pub(crate) parent: u32,
     pub(crate) alias: String,
     pub(crate) kind: String,
@@ -17,12 +17,12 @@ pub(crate) struct Object {
     pub(crate) visible: bool,
     #[cfg_attr(test, ts(type = "number"))]
     pub(crate) layer: i64,
-    /// Whether it is the base of a model.
+    /// Whether the object is the base of a model.
     pub(crate) model: bool,
     /// The parts of a shape.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(crate) parts: Option<Vec<Part>>,
-    /// Whether a shape collides; missing: no.
+    /// Whether a shape collides; false if it is missing.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     #[cfg_attr(test, ts(optional, as = "Option<bool>"))]
     pub(crate) collides: bool,
@@ -34,10 +34,10 @@ pub(crate) struct Object {
     /// The schema of a sensor's readings, if the page shows it.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(crate) schema: Option<Schema>,
-    /// How far and how wide a sensor detects.
+    /// The detection volume of a sensor.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(crate) volume: Option<Volume>,
-    /// The poses of a path, seven numbers each.
+    /// The poses of a path, seven numbers each: position (m) and quaternion (x y z w).
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(crate) points: Option<Vec<f64>>,
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -47,11 +47,11 @@ pub(crate) struct Object {
     pub(crate) scripts: Vec<Script>,
 }
 
-/// The image on a part, and how it is projected.
+/// A texture: an image on a part, and its projection.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[cfg_attr(test, derive(ts_rs::TS), ts(optional_fields))]
 pub(crate) struct Texture {
-    /// The hash of the image, which is a message of its own.
+    /// The hash of the image, which is sent as a separate message.
     pub(crate) image: String,
     /// plane, cylinder, sphere or box.
     pub(crate) mapping: String,
@@ -61,7 +61,7 @@ pub(crate) struct Texture {
     /// Pose of the projection in the frame of the part.
     #[cfg_attr(test, ts(as = "[f64; 7]"))]
     pub(crate) pose: Vec<f64>,
-    /// Whether it repeats to the right, and up.
+    /// Whether the image repeats to the right, and upwards.
     pub(crate) repeat: [bool; 2],
     /// Whether colors between pixels are interpolated.
     pub(crate) smooth: bool,
@@ -75,33 +75,33 @@ pub(crate) struct Texture {
 pub(crate) struct Part {
     /// plane, box, sphere, cylinder, capsule or mesh.
     pub(crate) form: String,
-    /// Its pose in the frame of its object.
+    /// Pose of the part in the frame of its object.
     #[cfg_attr(test, ts(as = "[f64; 7]"))]
     pub(crate) pose: Vec<f64>,
     /// Red, green and blue, 0 to 1.
     #[cfg_attr(test, ts(as = "[f64; 3]"))]
     pub(crate) color: Vec<f64>,
-    /// Its size along its axes, m.
+    /// Size of the part along its axes, m.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(crate) size: Option<Vec<f64>>,
-    /// The image on it.
+    /// The texture of the part.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(crate) texture: Option<Texture>,
-    /// The checksum of its mesh, which is a message of its own.
+    /// The hash of the mesh, which is sent as a separate message.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(crate) mesh: Option<String>,
 }
 
-/// How a joint moves.
+/// The type, lead and limits of a joint.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[cfg_attr(test, derive(ts_rs::TS), ts(optional_fields))]
 pub(crate) struct Joint {
     /// revolute, prismatic or spherical.
     #[serde(rename = "type")]
     pub(crate) form: String,
-    /// The way of a screw per turn, m.
+    /// Translation of a screw joint per turn, m.
     pub(crate) lead: f64,
-    /// Its lowest and highest position, rad or m, if it has limits.
+    /// Minimum and maximum position, rad or m, if the joint has limits.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(crate) limits: Option<[f64; 2]>,
 }
@@ -114,7 +114,7 @@ pub(crate) struct Script {
     pub(crate) name: String,
     pub(crate) kind: String,
     pub(crate) language: String,
-    /// Another number if its text is another.
+    /// A number that differs for different texts of the script.
     pub(crate) version: u32,
 }
 
@@ -130,7 +130,7 @@ pub(crate) enum Schema {
     Fields,
 }
 
-/// The volume in which a sensor detects; lengths in m, angles in rad. Infinite numbers are left out.
+/// The detection volume of a sensor; lengths in m, angles in rad. Infinite values are omitted.
 #[derive(Debug, Clone, Default, PartialEq, Serialize)]
 #[cfg_attr(test, derive(ts_rs::TS), ts(optional_fields))]
 pub(crate) struct Volume {

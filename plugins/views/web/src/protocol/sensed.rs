@@ -4,10 +4,10 @@ use std::collections::BTreeMap;
 
 use serde::Serialize;
 
-/// New readings by the handle of their sensor; none: nothing has been measured since the last reset.
+/// New readings by the handle of their sensor; `None`: nothing has been measured since the last reset.
 pub(crate) type Readings = BTreeMap<u32, Option<Reading>>;
 
-/// A reading.
+/// The reading of a sensor.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[cfg_attr(test, derive(ts_rs::TS), ts(optional_fields))]
 #[serde(tag = "schema", rename_all = "snake_case")]
@@ -21,38 +21,38 @@ pub(crate) enum Reading {
         point: Option<Vec<f64>>,
     },
     RangeScan {
-        /// The distance of each beam, m; null: it meets nothing.
+        /// The distance along each beam, m; null if it hits nothing.
         #[cfg_attr(test, ts(as = "Vec<Option<f64>>"))]
         distance: Vec<Option<f64>>,
         /// The angle of each beam about +y from +z, rad.
         angle: Vec<f64>,
-        /// The elevation of each beam towards +y, rad; missing: 0.
+        /// The elevation of each beam towards +y, rad; 0 if it is missing.
         #[serde(skip_serializing_if = "Option::is_none")]
         elevation: Option<Vec<f64>>,
-        /// The greatest distance that the sensor can tell, m; missing: there is none.
+        /// The maximum distance that the sensor measures, m; unlimited if it is missing.
         #[serde(skip_serializing_if = "Option::is_none")]
         range: Option<f64>,
     },
     Gps {
-        /// In the frame of the world.
+        /// Position in the world frame, m.
         position: Vec<f64>,
     },
-    /// Of any other sensor: the fields that have few numbers, by name.
+    /// The fields with few elements of any other sensor, by name.
     Fields {
         #[cfg_attr(test, ts(as = "BTreeMap<String, Vec<Option<f64>>>"))]
         fields: BTreeMap<String, Vec<Option<f64>>>,
     },
 }
 
-/// What a script draws.
+/// A drawing object of a script.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub(crate) struct Drawing {
     pub(crate) form: String,
-    /// The size of points and lines in pixels, of bodies in m.
+    /// Size of points and lines in pixels, or of solids in m.
     pub(crate) size: f64,
     pub(crate) color: Vec<f64>,
-    /// The numbers of all items, and how many each has.
+    /// The values of all items, consecutively, and the number of values per item.
     pub(crate) items: Vec<f64>,
     pub(crate) stride: usize,
 }
@@ -70,14 +70,14 @@ pub(crate) struct Stream {
     pub(crate) values: Vec<Option<f64>>,
 }
 
-/// What is watched, after a step.
+/// The watched values after a step.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub(crate) struct Sample {
     /// Simulation time, s.
     pub(crate) time: f64,
-    /// The numbers of each value in the order of the request; empty if it cannot be read. Numbers that are not finite
-    /// are null.
+    /// The elements of each value, in the order of the request; empty if the value cannot be read. Elements that are
+    /// not finite are null.
     pub(crate) values: Vec<Vec<Option<f64>>>,
 }
 
@@ -87,23 +87,23 @@ pub(crate) struct Sample {
 pub(crate) struct ContactMark {
     /// The two shapes; the second one can move if one of them can.
     pub(crate) pair: [u32; 2],
-    /// Where they touch, in the world, m.
+    /// The contact point in the world frame, m.
     pub(crate) point: [f64; 3],
-    /// The force on the second shape, N.
+    /// The force on the second shape in the world frame, N.
     pub(crate) force: [f64; 3],
 }
 
-/// A body that forces move.
+/// A dynamic body.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub(crate) struct BodyMark {
     pub(crate) id: u32,
-    /// Its centre of mass, in its frame, m.
+    /// The centre of mass in the frame of the body, m.
     pub(crate) com: [f64; 3],
-    /// kg.
+    /// The mass, kg.
     pub(crate) mass: f64,
-    /// Its inertia about the centre of mass, in its frame, by rows, kg m^2.
+    /// The inertia matrix about the centre of mass, in the frame of the body, by rows, kg m^2.
     pub(crate) inertia: [f64; 9],
-    /// In the world, m/s.
+    /// The velocity in the world frame, m/s.
     pub(crate) velocity: [f64; 3],
 }

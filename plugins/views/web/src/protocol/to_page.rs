@@ -19,7 +19,7 @@ pub(crate) enum ToPage {
     /// The first message.
     Hello {
         version: u32,
-        /// Whether the client may act.
+        /// Whether the client has control rights.
         acts: bool,
         /// A view-only address for other clients.
         #[serde(skip_serializing_if = "Option::is_none")]
@@ -29,15 +29,15 @@ pub(crate) enum ToPage {
     /// The scene as a whole.
     Scene {
         file: String,
-        /// The number of the scene among those that the program has opened: the same file may be opened again.
+        /// Serial number of the scene among those opened so far, since the same file may be opened again.
         opened: u32,
         dt: f64,
         objects: Vec<Object>,
         scripts: Vec<Script>,
-        /// What was noted when the scene was read, such as what an importer left out.
+        /// Notes from loading the scene, such as features that an importer does not support.
         notes: Vec<String>,
     },
-    /// Objects that have changed otherwise than by moving.
+    /// Objects with changes other than motion.
     Objects {
         objects: Vec<Object>,
     },
@@ -63,17 +63,17 @@ pub(crate) enum ToPage {
         graph: u32,
         streams: Vec<Stream>,
     },
-    /// What is watched, in each step since the last message.
+    /// The watched values in each step since the last message.
     Values {
         of: u32,
         samples: Vec<Sample>,
     },
-    /// The custom data of an object, texts by tag; 0: of the scene. Binary data is left out.
+    /// The custom data of an object, or of the scene if `object` is 0: texts by tag. Binary data is omitted.
     Data {
         object: u32,
         data: BTreeMap<String, String>,
     },
-    /// What is drawn over the scene, as it was requested.
+    /// The requested data for overlays.
     Overlays {
         contacts: Vec<ContactMark>,
         bodies: Vec<BodyMark>,
@@ -103,7 +103,7 @@ pub(crate) enum ToPage {
         #[cfg_attr(test, ts(type = "Array<any>"))]
         results: Vec<Json>,
     },
-    /// Why a call failed, by its number, or why a request was refused.
+    /// The error of a failed call, with the number of the call, or of a refused request.
     Error {
         error: String,
         #[serde(skip_serializing_if = "Option::is_none")]
@@ -122,19 +122,19 @@ pub(crate) enum RunState {
     Paused,
 }
 
-/// What can be undone, and what is in no file.
+/// The state of undo and redo, and of unsaved edits.
 #[derive(Debug, Clone, Default, PartialEq, Eq, Serialize)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub(crate) struct Edits {
-    /// What the next undo and redo do, in words.
+    /// Descriptions of the next undo and redo.
     pub(crate) undo: Option<String>,
     pub(crate) redo: Option<String>,
     /// Whether the scene differs from its file.
     pub(crate) unsaved: bool,
-    /// The file of the scene, and whether it is there.
+    /// The file of the scene, and whether it exists.
     pub(crate) file: String,
     pub(crate) on_disk: bool,
-    /// When a program that ended unexpectedly wrote a copy of unsaved edits, Unix time in s.
+    /// Time of the copy of unsaved edits that a crashed program left, Unix time in s.
     #[cfg_attr(test, ts(type = "number | null"))]
     pub(crate) recovery: Option<i64>,
 }
@@ -144,7 +144,7 @@ pub(crate) struct Edits {
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub(crate) struct Row {
     pub(crate) key: String,
-    /// Its type, one of the numbers `TATU_*`, and how many values it has; 0: any number.
+    /// The type of the value, one of the constants `TATU_*`, and its number of elements; 0 means any number.
     #[serde(rename = "type")]
     #[cfg_attr(test, ts(type = "number"))]
     pub(crate) kind: i64,
@@ -154,11 +154,11 @@ pub(crate) struct Row {
     pub(crate) text: String,
     pub(crate) settable: bool,
     pub(crate) choices: Vec<String>,
-    /// The least value, if one is declared.
+    /// The minimum value, if one is declared.
     #[serde(skip_serializing_if = "Option::is_none")]
     #[cfg_attr(test, ts(optional))]
     pub(crate) min: Option<f64>,
-    /// The greatest value, if one is declared.
+    /// The maximum value, if one is declared.
     #[serde(skip_serializing_if = "Option::is_none")]
     #[cfg_attr(test, ts(optional))]
     pub(crate) max: Option<f64>,
@@ -166,12 +166,12 @@ pub(crate) struct Row {
     pub(crate) value: Json,
 }
 
-/// A command, for completion.
+/// A command, for completion in the editor.
 #[derive(Debug, Clone, Serialize)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub(crate) struct Command {
     pub(crate) name: String,
-    /// Its parameters, joined by commas.
+    /// The parameters, separated by commas.
     pub(crate) params: String,
     pub(crate) text: String,
 }
@@ -182,18 +182,18 @@ pub(crate) struct Command {
 pub(crate) struct SceneFile {
     #[serde(rename = "in")]
     pub(crate) section: Section,
-    /// The name by which it is opened.
+    /// The name by which the scene is opened.
     pub(crate) file: String,
-    /// The first paragraph of its comment.
+    /// The first paragraph of the comment at the beginning of the file.
     pub(crate) about: String,
-    /// What its comment says to try in the page.
+    /// The part of that comment after "Try:".
     #[serde(rename = "try")]
     pub(crate) to_try: String,
-    /// A PNG in base64.
+    /// A picture of the scene, a PNG in base64.
     pub(crate) picture: Option<String>,
 }
 
-/// Where a scene is from.
+/// The source of a scene: recently opened, in the working folder, or part of the program.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 #[serde(rename_all = "snake_case")]
@@ -206,7 +206,7 @@ pub(crate) enum Section {
 impl ToPage {
     /// Returns the message as text.
     pub(crate) fn text(&self) -> String {
-        // Numbers that are not finite become null, and no map has keys that JSON lacks: writing cannot fail.
+        // Cannot fail: numbers that are not finite become null, and all map keys are strings or numbers.
         serde_json::to_string(self).unwrap_or_default()
     }
     /// Returns the message as it is sent.

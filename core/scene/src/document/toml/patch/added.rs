@@ -1,4 +1,4 @@
-//! Objects that the file does not describe yet.
+//! Tables for objects that the file does not describe yet.
 
 use std::collections::BTreeSet;
 
@@ -20,8 +20,9 @@ use crate::{
     rows::Row,
 };
 
-/// Appends tables for the objects that the file does not describe, and puts tables behind those of new parents. A model
-/// is placed as such, without what differs from it; what is below its base is left to the next round.
+/// Appends tables for the objects that the file does not describe, and moves tables after those of new parents. An
+/// added model is written as a `[[model]]`, without its differences from the original; these, and objects below its
+/// base, are left to the next round.
 pub fn arrange(writer: &mut Writer<'_>, differences: &Differences, registry: &Registry) -> Result {
     let edited = writer.edited;
     let order = writer.in_order();
@@ -81,7 +82,7 @@ pub fn arrange(writer: &mut Writer<'_>, differences: &Differences, registry: &Re
     Ok(())
 }
 
-/// Drops parameters that have their default values, which depend on nothing else without a preset.
+/// Drops parameters that have their default values. With a preset, all are written, because it changes the defaults.
 fn leave_out_defaults(object: &mut ObjectSpec, registry: &Registry) {
     let preset = object.rows.iter().any(|(row, _)| *row == Row::Preset);
     let Some(device) = object.device.as_mut().filter(|_| !preset) else { return };
@@ -90,7 +91,7 @@ fn leave_out_defaults(object: &mut ObjectSpec, registry: &Registry) {
     device.params.retain(|(key, value)| !usual(key, value));
 }
 
-/// Adds a table, which is written as in a file.
+/// Appends a table, given as text in the scene format.
 fn add(writer: &mut Writer<'_>, text: &str) {
     let position = writer.last_position() + 1;
     let Ok(doc) = text.trim_start().parse::<DocumentMut>() else { return };

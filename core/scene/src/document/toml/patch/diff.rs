@@ -1,4 +1,4 @@
-//! What differs between a document and the scene that was made of it.
+//! Differences between a document and the edited scene that was created from it.
 
 use std::collections::BTreeMap;
 
@@ -12,20 +12,20 @@ use crate::{
     rows::Row,
 };
 
-/// Positions (m) and angles (rad) that differ by less are the same: what a file states in degrees has other last bits.
+/// Tolerance for positions (m) and angles (rad), since angles written in degrees differ in their last bits.
 const SAME: f64 = 1e-8;
 
-/// What differs in one object.
+/// The differences of one object.
 #[derive(Debug, Default)]
 pub struct Difference {
-    /// Properties with their new values; `None`: that of a new object.
+    /// Properties with their new values; `None` stands for the value of a new object.
     pub rows: Vec<(Row, Option<Value>)>,
-    /// Parameters and commands of its device.
+    /// Changed parameters and commands of its device.
     pub params: Vec<(String, Value)>,
     pub position: bool,
     pub rotation: bool,
     pub alias: bool,
-    /// Whether its unique name is another one, and the table that describes it can state it.
+    /// Whether its unique name has changed, and its table can specify the name.
     pub name: bool,
     pub parent: bool,
     /// Its new scripts, if they differ.
@@ -40,12 +40,12 @@ impl Difference {
 }
 
 impl Difference {
-    /// Returns whether nothing but the unique name differs.
+    /// Returns whether only the unique name differs.
     pub fn is_name(&self) -> bool {
         self.name && self.what() == "name"
     }
 
-    /// What differs, as a list of keys.
+    /// Returns the keys that differ, separated by commas.
     pub fn what(&self) -> String {
         let moved = self.position || self.rotation;
         let flags = [(moved, "pose"), (self.alias, "alias"), (self.name, "name"), (self.parent, "parent")];
@@ -55,10 +55,10 @@ impl Difference {
     }
 }
 
-/// What differs, by index in the document.
+/// The differences, by index of the object in the document.
 pub type Differences = BTreeMap<usize, Difference>;
 
-/// Compares all objects that the file still describes.
+/// Compares all objects that the file still describes with their descriptions.
 pub fn all(edited: &Edited<'_>, builder: &Builder<'_>, entries: &Entries) -> Differences {
     let (base, slots) = edited.document.instantiate();
     let mut assets = live::Assets::by_contents();
@@ -138,13 +138,13 @@ fn params(was: &DeviceSpec, is: &DeviceSpec, builder: &Builder<'_>, object: usiz
     is.params.iter().filter(differs).cloned().collect()
 }
 
-/// Returns whether scripts are the same. A script that names no dialect has got that of the scene.
+/// Returns whether two lists of scripts are the same. A script that names no dialect has that of the scene.
 pub fn same_scripts(was: &[ScriptSpec], is: &[ScriptSpec], dialect: &str) -> bool {
     let same = |(a, b): (&ScriptSpec, &ScriptSpec)| a.text == b.text && same_kind(a, b, dialect);
     was.len() == is.len() && was.iter().zip(is).all(same)
 }
 
-/// Returns whether scripts differ in nothing but their texts and names.
+/// Returns whether two scripts are the same except for their texts and names.
 pub fn same_kind(was: &ScriptSpec, is: &ScriptSpec, dialect: &str) -> bool {
     let of = |s: &ScriptSpec| (s.language, s.kind.clone(), s.priority, s.side_by_side);
     let same_dialect = was.dialect == is.dialect || (was.dialect.is_empty() && is.dialect == dialect);

@@ -1,4 +1,4 @@
-//! What a round of changes takes and returns.
+//! Input and output of a round of [`patch`](super::patch).
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -10,7 +10,7 @@ use crate::{
     rows::Row,
 };
 
-/// A scene, with the document that it was made from.
+/// An edited scene, with the document that it was created from.
 pub struct Edited<'a> {
     /// The document as it was read.
     pub document: &'a Document,
@@ -18,33 +18,34 @@ pub struct Edited<'a> {
     pub slots: &'a [u32],
     /// The scene to be written.
     pub scene: &'a Scene,
-    /// Its devices and scripts.
+    /// The devices and scripts of the scene.
     pub beside: &'a Beside<'a>,
-    /// Its settings.
+    /// The settings of the scene.
     pub settings: &'a Settings,
     /// Bases of models that were added, by slot, with the models' ids.
     pub models: &'a BTreeMap<u32, String>,
-    /// Returns whether a property has this value for another reason than an edit.
+    /// Returns whether a property of the object in a slot has this value for another reason than an edit.
     pub is_foreign: &'a dyn Fn(u32, Row, &Value) -> bool,
     /// The folder for separate files, relative to the scene file.
     pub folder: &'a str,
-    /// Separate files that exist, relative to the scene file.
+    /// Names of existing separate files, relative to the scene file.
     pub taken: &'a BTreeSet<String>,
 }
 
-/// A changed text.
+/// The result of [`patch`](super::patch).
 #[derive(Debug, Clone, Default)]
 pub struct Patched {
-    /// The text.
+    /// The changed text of the scene file.
     pub text: String,
-    /// Separate files: names relative to the scene file, and contents.
+    /// Separate files to write: names relative to the scene file, and contents.
     pub files: Vec<(String, Vec<u8>)>,
     /// Number of changes; 0 if the text describes the scene already.
     pub changes: usize,
-    /// The objects that were changed, and what of them.
+    /// The objects that were changed, each with the keys that differ.
     pub changed: Vec<String>,
-    /// Whether nothing but unique names was changed. Names that objects share in the scene cannot all be kept.
+    /// Whether only unique names were changed. If objects share a name in the scene, not all of them can have it in the
+    /// file, so further rounds would find the same change again.
     pub only_names: bool,
-    /// What a scene file cannot express by changes of this text.
+    /// Messages about differences that cannot be expressed by changes to the text.
     pub problems: Vec<String>,
 }

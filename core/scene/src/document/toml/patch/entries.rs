@@ -1,21 +1,21 @@
-//! Which table of a scene file an object comes from, and which objects stay what the file describes.
+//! Maps objects to the tables of a scene file that describe them, and finds the objects that the file still describes.
 
 use std::collections::BTreeSet;
 
 use super::edited::Edited;
 use crate::{Scene, document::entry::Entry};
 
-/// The tables of a file, and where each object of the scene comes from.
+/// The tables of a file, and the table that describes each object.
 pub struct Entries {
-    /// In the order of the file.
+    /// The tables, in file order.
     pub list: Vec<Entry>,
-    /// The entry of each object of the document.
+    /// Index of the entry of each object of the document.
     of: Vec<Option<usize>>,
-    /// Objects of the document that are still what their entry describes: not removed, and not moved out of a model.
+    /// Objects of the document that their entries still describe: not removed, and not moved out of a model.
     pub kept: BTreeSet<usize>,
-    /// Their slots in the scene.
+    /// The slots of these objects in the scene.
     kept_slots: BTreeSet<u32>,
-    /// The object of each slot of the scene that has one.
+    /// The objects in `kept`, by slot.
     by_slot: std::collections::BTreeMap<u32, usize>,
 }
 
@@ -49,8 +49,8 @@ impl Entries {
         }
     }
 
-    /// Returns whether an object that exists is still what its entry describes. Parents precede their children, so they
-    /// have been decided.
+    /// Returns whether the entry of an existing object still describes it. The parent must have been examined before,
+    /// which holds because parents precede their children.
     fn stays(&self, edited: &Edited<'_>, object: usize, slot: u32) -> bool {
         let Some(entry) = self.of(object) else { return false };
         if entry.first == object || !entry.places {
@@ -65,16 +65,16 @@ impl Entries {
     pub fn of(&self, object: usize) -> Option<Entry> {
         self.of.get(object).copied().flatten().map(|n| self.list[n])
     }
-    /// Returns the object of the document that a slot of the scene still is.
+    /// Returns the object in `kept` that is in a slot of the scene.
     pub fn object_at(&self, slot: u32) -> Option<usize> {
         self.by_slot.get(&slot).copied()
     }
-    /// Returns whether a slot of the scene is described by the file.
+    /// Returns whether the file describes the object in a slot of the scene.
     pub fn has(&self, slot: u32) -> bool {
         self.kept_slots.contains(&slot)
     }
-    /// Returns the scene with the names that its objects have before `[set]` is applied: parts of models have those that
-    /// their models give them.
+    /// Returns the scene with the aliases that its objects have before `[set]` is applied: parts of models have the
+    /// aliases from their models.
     pub fn named(&self, edited: &Edited<'_>) -> Scene {
         let mut named = edited.scene.clone();
         for &object in &self.kept {

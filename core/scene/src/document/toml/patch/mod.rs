@@ -1,14 +1,14 @@
-//! Writing an edited scene into the text that it was read from, of which everything else stays as it is written.
+//! Writes an edited scene into the text that it was read from. Unchanged parts of the text are preserved.
 //!
-//! - this module: [`patch`], one round of it; `edited`: what it takes and returns;
-//! - `diff`: what differs between a document and the scene that was made of it;
-//! - `entries`: which table of the file an object comes from;
-//! - `tables`: changing tables; `removed`: taking them out; `added`: objects that are not in the file yet; `scripts`:
-//!   scripts and their files.
+//! - this module: [`patch`], which runs one round; `edited`: its input and output;
+//! - `diff`: differences between a document and the edited scene that was created from it;
+//! - `entries`: the table of the file that describes an object;
+//! - `tables`: changes of tables; `removed`: removal of tables; `added`: objects that are not in the file yet;
+//!   `scripts`: scripts and their files.
 //!
-//! An object that a table describes is changed in that table. What is changed below the base of a model is listed in
-//! `[set]`, and what is taken out of it in `remove`. A model that was added is placed as a model: the next round finds
-//! out what differs from it, because only reading it tells what it is made of.
+//! An object that a table describes is changed in that table. Changes below the base of a model are listed in `[set]`,
+//! and objects that were removed from it in `remove`. An added model is written as a `[[model]]`; the next round finds
+//! the differences from it, because the objects of a model are known only after it has been read.
 
 mod added;
 mod diff;

@@ -1,4 +1,4 @@
-//! Taking out of a file what was removed from the scene.
+//! Removes from a file the objects that were removed from the scene.
 
 use toml_edit::Item;
 
@@ -9,8 +9,8 @@ use crate::document::overrides;
 const GONE: &str = "\u{0}";
 
 impl Writer<'_> {
-    /// Takes out what was removed: whole tables, and parts of models. Objects that were moved out of a model are
-    /// written as objects of the scene.
+    /// Removes tables whose objects were removed, and lists removed parts of models in `remove`. Objects that
+    /// were moved out of a model are also listed there, and written as objects of the scene.
     pub fn remove_entries(&mut self) {
         let entries = self.entries;
         for entry in entries.list.iter().filter(|e| entries.stays_listed(e) && e.places) {
@@ -31,10 +31,9 @@ impl Writer<'_> {
                 self.out.changes += 1;
             }
         }
-        // From the last on, so that the indices of the others stay.
         for entry in entries.list.iter().rev().filter(|e| !entries.stays_listed(e)) {
             if let Some(list) = self.doc.get_mut(entry.what).and_then(Item::as_array_of_tables_mut) {
-                // Indices are kept until all tables have been changed: see `tidy`.
+                // The table is only marked, so that indices stay valid until `tidy` is called.
                 if let Some(table) = list.get_mut(entry.index) {
                     table.clear();
                     table.insert(GONE, toml_edit::value(true));
@@ -44,7 +43,7 @@ impl Writer<'_> {
         }
     }
 
-    /// The path of an object of the document below the base of its model.
+    /// Returns the path of an object of the document relative to the base of its model.
     fn below(&self, base: usize, object: usize) -> String {
         let document = self.edited.document;
         let objects = &document.objects;
@@ -64,7 +63,7 @@ impl Writer<'_> {
         parts.join("/")
     }
 
-    /// Drops keys of `[set]` whose objects are gone, and renames those whose paths have changed.
+    /// Removes keys of `[set]` whose objects were removed, and renames those whose paths have changed.
     pub fn clean_set(&mut self) {
         let document = self.edited.document;
         // Paths in `[set]` are those before it is applied.
@@ -92,7 +91,7 @@ impl Writer<'_> {
         }
     }
 
-    /// Removes the tables that were marked as gone.
+    /// Removes the tables marked by `remove_entries`, and an empty `[set]`.
     pub fn tidy(&mut self) {
         for what in ["model", "import", "object"] {
             let Some(list) = self.doc.get_mut(what).and_then(Item::as_array_of_tables_mut) else { continue };
@@ -104,7 +103,7 @@ impl Writer<'_> {
         let last = self.last_position();
         match self.doc.get_mut("set").and_then(Item::as_table_mut) {
             Some(set) if set.is_empty() => drop(self.doc.remove("set")),
-            // A new one comes last.
+            // A new `[set]` comes last.
             Some(set) if set.position().is_none() => set.set_position(Some(last + 1)),
             _ => {}
         }

@@ -6,8 +6,8 @@ use super::{super::value_text::quoted, diff::same_kind, tables::Writer};
 use crate::document::{NORMAL, PRIORITIES, ScriptSpec, entry::Entry};
 
 impl Writer<'_> {
-    /// Writes the scripts of an object: into their files, if only texts differ and no other object uses the files;
-    /// otherwise into new files.
+    /// Writes the scripts of an object: to their existing files if only texts differ and no other object uses the
+    /// files, otherwise to new files.
     pub fn scripts(&mut self, entry: &Entry, object: usize, scripts: &[ScriptSpec]) {
         let then = &self.edited.document.objects[object].scripts;
         let dialect = &self.edited.settings.dialect;
@@ -43,7 +43,8 @@ impl Writer<'_> {
         }
     }
 
-    /// Returns the file of a script, relative to the scene file, if this entry names it and nothing else does.
+    /// Returns the file of a script, relative to the scene file, if this entry names the file and no other script uses
+    /// it.
     fn own_file(&mut self, entry: &Entry, script: &ScriptSpec) -> Option<String> {
         let folder = self.edited.document.file.as_ref()?.parent()?.to_owned();
         let file = Path::new(&script.name).strip_prefix(&folder).ok()?.to_str()?.to_owned();
@@ -55,7 +56,7 @@ impl Writer<'_> {
         (plain && once && named).then_some(file)
     }
 
-    /// Adds a file with a script; returns how a scene file refers to it.
+    /// Adds a file with a script; returns the TOML value by which the scene file refers to it.
     pub fn new_file(&mut self, script: &ScriptSpec, alias: &str) -> String {
         let language = &self.builder.registry.languages[script.language];
         let suffix = language.suffixes.first().map_or(".txt", String::as_str);

@@ -1,4 +1,4 @@
-//! Changing tables of a scene file.
+//! Changes of tables of a scene file.
 
 use std::collections::BTreeSet;
 
@@ -21,7 +21,7 @@ use crate::{
     to_euler,
 };
 
-/// Digits that are written of positions, m, and of angles, degrees.
+/// Inverse of the resolution of written positions (m) and angles (degrees).
 const DIGITS: (f64, f64) = (1e9, 1e7);
 
 /// Changes the tables of a file.
@@ -30,21 +30,22 @@ pub struct Writer<'a> {
     pub edited: &'a Edited<'a>,
     pub builder: &'a Builder<'a>,
     pub entries: &'a Entries,
-    /// The scene with the names that its objects have before `[set]` is applied.
+    /// The scene with the aliases that its objects have before `[set]` is applied.
     pub named: &'a Scene,
     pub out: &'a mut Patched,
 }
 
-/// Returns a table of the file, which is added if it is not there.
+/// Returns a table of the file, which is added if it does not exist.
 pub fn section<'d>(doc: &'d mut DocumentMut, name: &str) -> &'d mut dyn TableLike {
     let item = doc.entry(name).or_insert_with(|| Item::Table(Table::new()));
     if item.as_table_like().is_none() {
         *item = Item::Table(Table::new());
     }
-    item.as_table_like_mut().expect("it has just been made a table")
+    item.as_table_like_mut().expect("the item was just set to a table")
 }
 
-/// Sets a key to a value written as TOML; the comment behind an old value stays.
+/// Sets a key to a value written as TOML; a comment after the old value is preserved. Returns `false` if the text is
+/// not a TOML value.
 pub fn put_text(table: &mut dyn TableLike, key: &str, written: &str) -> bool {
     let Ok(mut value) = written.trim().parse::<toml_edit::Value>() else { return false };
     match table.get_mut(key) {
@@ -58,7 +59,8 @@ pub fn put_text(table: &mut dyn TableLike, key: &str, written: &str) -> bool {
     true
 }
 
-/// Sets a declared key, in the unit in which it is written if it is there.
+/// Sets a declared key. If the key exists, its unit is preserved where possible. Returns `false` if a file cannot
+/// express the value.
 pub fn put_line(table: &mut dyn TableLike, key: &str, unit: Option<&str>, value: &Value) -> bool {
     let there = table.iter().find_map(|(k, _)| units::factor(k, key, unit).map(|f| (k.to_owned(), f)));
     if let Some((written, factor)) = there {
@@ -81,15 +83,15 @@ impl Writer<'_> {
         self.edited.slots[object]
     }
 
-    /// The path of an object, by which the file refers to it.
+    /// Returns the path, or the unique name, by which the file refers to an object.
     pub fn path(&self, slot: u32) -> String {
         let path = self.named.path(slot);
-        // Numbers among siblings depend on what has been read so far; unique names do not.
+        // Indices among siblings depend on the objects read so far; unique names do not.
         let name = self.named.get(slot).filter(|_| path.contains('[')).map(crate::Object::name);
         name.filter(|n| self.named.find(0, n) == Some(slot)).unwrap_or(path)
     }
 
-    /// Writes what differs in one object.
+    /// Writes the differences of one object.
     pub fn change(&mut self, object: usize, difference: &Difference) -> Result {
         let Some(entry) = self.entries.of(object) else { return Ok(()) };
         self.out.changed.push(format!("{}: {}", self.edited.scene.path(self.slot(object)), difference.what()));
@@ -97,7 +99,7 @@ impl Writer<'_> {
         if difference.alias && own {
             let alias = self.edited.scene.get(self.slot(object)).map_or(String::new(), |o| o.alias().to_owned());
             self.put(&entry, "alias", &quoted(&alias), true);
-            // A unique name that is stated belongs to the old alias.
+            // A unique name in the table belongs to the old alias.
             if let Some(table) = self.table(&entry) {
                 table.remove("name");
             }
@@ -191,7 +193,7 @@ impl Writer<'_> {
         }
     }
 
-    /// Sets a key of an entry.
+    /// Sets a key of an entry. `counts`: whether this counts as a change.
     pub fn put(&mut self, entry: &Entry, key: &str, written: &str, counts: bool) {
         if let Some(table) = self.table(entry) {
             put_text(table, key, written);
@@ -212,7 +214,7 @@ impl Writer<'_> {
         self.put_pose(entry, &local, difference);
     }
 
-    /// Writes where a model is placed, which is applied on top of its own pose.
+    /// Writes the placement of a model, which is applied before the pose of its base.
     fn place(&mut self, entry: &Entry, object: usize, difference: &Difference) {
         if !(difference.position || difference.rotation) {
             return;
@@ -221,7 +223,7 @@ impl Writer<'_> {
         let (base, slots) = self.edited.document.instantiate();
         let own = spec.placement.inverse() * base.local(slots[object]);
         let placed = self.edited.scene.local(self.slot(object)) * own.inverse();
-        // Turning moves a base that does not stand at the origin of its model.
+        // A rotation also moves a base that is not at the origin of its model.
         let both = Difference { position: true, rotation: difference.rotation, ..Difference::default() };
         self.put_pose(entry, &placed, &both);
     }
@@ -254,8 +256,8 @@ impl Writer<'_> {
         }
     }
 
-    /// Writes the parent of an object that a table describes, if it is another one or has another path, and moves the
-    /// table behind that of its parent. `moved` has the objects whose tables were moved.
+    /// Writes the parent of an object that a table describes, if the parent or its path has changed, and moves the
+    /// table after that of the parent. `moved` holds the objects whose tables were moved.
     pub fn place_under_parent(&mut self, slot: u32, differences: &Differences, moved: &mut BTreeSet<u32>) {
         let Some(object) = self.entries.object_at(slot) else { return };
         let Some(entry) = self.entries.of(object).filter(|e| e.first == object) else { return };
@@ -282,20 +284,20 @@ impl Writer<'_> {
         }
     }
 
-    /// The position of the table that describes an object.
+    /// Returns the position of the table that describes an object.
     fn position_of(&mut self, slot: u32) -> isize {
         let entry = self.entries.object_at(slot).and_then(|o| self.entries.of(o));
         entry.and_then(|e| self.table(&e).and_then(|t| t.position())).unwrap_or(0)
     }
 
-    /// The position of the last table. Tables that are added come after a thousand more, so that others fit between.
+    /// Returns the position of the last table of all lists.
     pub fn last_position(&self) -> isize {
         let lists = ["model", "import", "object", "service"].into_iter();
         let lists = lists.filter_map(|w| self.doc.get(w).and_then(Item::as_array_of_tables));
         lists.flatten().filter_map(Table::position).max().unwrap_or(0)
     }
 
-    /// All objects of the scene, parents before children.
+    /// Returns all objects of the scene, parents before children.
     pub fn in_order(&self) -> Vec<u32> {
         let scene = self.edited.scene;
         let (mut out, mut ahead) = (Vec::new(), scene.roots().iter().rev().copied().collect::<Vec<u32>>());
@@ -309,11 +311,11 @@ impl Writer<'_> {
 
 fn rounded(x: f64, digits: f64) -> f64 {
     let near = (x * digits).round() / digits;
-    // No file has use for a zero with a sign.
+    // A negative zero is written as zero.
     if near == 0.0 { 0.0 } else { near }
 }
 
-/// Formats an orientation as angles.
+/// Formats an orientation as Euler angles, degrees.
 fn angles(q: &UnitQuaternion<f64>) -> String {
     let degrees = to_euler(q).map(|x| rounded(x.to_degrees(), DIGITS.1));
     text(&Value::Floats(degrees.to_vec()), 1.0).unwrap_or_default()
