@@ -1,4 +1,4 @@
-//! Many worlds.
+//! A batch of worlds.
 
 use std::sync::{Mutex, PoisonError};
 
@@ -12,26 +12,27 @@ use tatu_core::{Channel, errors::Error as Wrong, state::Snapshot};
 use tatu_embed::{Seat, Setup};
 
 use crate::{
+    detach::detached,
     error, table, value,
     world::{Arguments, tag_of_line, view},
 };
 
-/// What is kept of each world.
+/// The state that is stored for each world of a batch.
 #[derive(Default)]
 struct Kept {
     observed: Vec<Channel>,
     acted: Vec<Channel>,
-    /// Numbers of all observed channels.
+    /// Values of all observed channels, consecutively.
     numbers: Vec<f64>,
     action: Vec<f64>,
-    /// Whether something has stopped it.
+    /// Whether the world was stopped.
     stopped: bool,
-    /// Whether it has lines that were not taken.
+    /// Whether the world has log lines that have not been retrieved.
     has_lines: bool,
     steps: u64,
 }
 
-/// Worlds that are stepped together. See `tatu_sim.Batch`, which users see.
+/// Worlds that are stepped together. The public interface is `tatu_sim.Batch`.
 #[pyclass(module = "tatu_sim._native")]
 pub struct Batch {
     inside: Mutex<Option<Inside>>,
@@ -44,7 +45,7 @@ struct Inside {
     acted: Vec<(String, String)>,
 }
 
-/// Seed and changes with which a world begins anew; `None` keeps its own.
+/// Seed and changes for the reset of a world; `None` retains the current ones.
 type Reset = (Option<u64>, Option<Vec<String>>);
 
 fn closed() -> PyErr {
@@ -52,13 +53,13 @@ fn closed() -> PyErr {
 }
 
 impl Batch {
-    /// Does something with the batch, without the interpreter's lock.
+    /// Calls a function with the batch, while the interpreter's lock is released.
     fn with<T: Send>(
         &self,
         py: Python<'_>,
         f: impl FnOnce(&mut Inside) -> tatu_core::errors::Result<T> + Send,
     ) -> PyResult<T> {
-        py.detach(|| {
+        detached(py, || {
             let mut inside = self.inside.lock().unwrap_or_else(PoisonError::into_inner);
             inside.as_mut().map(f)
         })
@@ -91,7 +92,7 @@ impl Kept {
         self.observe(seat)
     }
 
-    /// Finds the channels again in a world that was made anew; they must have as many numbers as before.
+    /// Finds the channels again in a world that was reset; they must have the same shapes as before.
     fn rebind(
         &mut self,
         seat: &Seat,
@@ -101,8 +102,10 @@ impl Kept {
         let (new, new_acted) = (find(seat, observed)?, find(seat, acted)?);
         let same = |a: &[Channel], b: &[Channel]| a.iter().map(|c| &c.shape).eq(b.iter().map(|c| &c.shape));
         if !same(&new, &self.observed) || !same(&new_acted, &self.acted) {
-            let text = "the world has other numbers of observations or actions than before";
-            return Err(Wrong::new("E102", text).expected("changes that keep their shapes, or `bind` after them"));
+            let text = "the world has different numbers of observations or actions than before";
+            return Err(
+                Wrong::new("E102", text).expected("changes that keep the shapes, or a call of `bind` afterwards")
+            );
         }
         (self.observed, self.acted) = (new, new_acted);
         self.observe(seat)
@@ -136,13 +139,13 @@ impl Batch {
     #[new]
     fn new(py: Python<'_>, setups: Vec<Arguments>, threads: usize) -> PyResult<Self> {
         let setups: Vec<Setup> = setups.into_iter().map(Setup::from).collect();
-        let batch = py.detach(|| tatu_embed::Batch::open(setups, threads)).map_err(|e| error::of(&e))?;
+        let batch = detached(py, || tatu_embed::Batch::open(setups, threads)).map_err(|e| error::of(&e))?;
         let kept = (0..batch.count()).map(|_| Kept::default()).collect();
         let inside = Inside { batch, kept, observed: Vec::new(), acted: Vec::new() };
         Ok(Batch { inside: Mutex::new(Some(inside)) })
     }
 
-    /// Chooses what is observed and what actions set: pairs of path and name. Returns the shapes of both.
+    /// Sets the observations and actions, as pairs of path and name. Returns the shapes of both.
     #[allow(clippy::type_complexity, reason = "shapes of two lists")]
     fn bind(
         &self,
@@ -157,7 +160,7 @@ impl Batch {
             let both = (shapes(&first.observed), shapes(&first.acted));
             let differs = |k: &Kept| (shapes(&k.observed), shapes(&k.acted)) != both;
             if let Some(n) = inside.kept.iter().position(differs) {
-                let text = format!("world {n} has other numbers of observations or actions than world 0");
+                let text = format!("world {n} has different numbers of observations or actions than world 0");
                 return Err(Wrong::new("E102", text).expected("the same in all worlds of a batch"));
             }
             (inside.observed, inside.acted) = (observed, acted);
@@ -165,9 +168,9 @@ impl Batch {
         })
     }
 
-    /// Sets actions, if there are any, does `n` steps in each chosen world, and writes observations of all.
+    /// Sets actions, if there are any, runs `n` steps in each chosen world, and writes the observations of all worlds.
     ///
-    /// Returns for each world whether it still runs, and whether anything was logged.
+    /// Returns for each world whether it is still running, and whether anything was logged.
     fn step(
         &self,
         py: Python<'_>,
@@ -182,7 +185,7 @@ impl Batch {
             if let Some(actions) = &actions {
                 let wanted: usize = inside.kept.iter().map(|k| k.action.len()).sum();
                 if actions.len() != wanted {
-                    let text = format!("{} numbers of actions were given", actions.len());
+                    let text = format!("the actions have {} values", actions.len());
                     return Err(Wrong::new("E102", text).expected(format!("{wanted}, for all worlds")));
                 }
                 let mut rest = actions.as_slice();
@@ -220,7 +223,7 @@ impl Batch {
         let inside = inside.as_mut().ok_or_else(closed)?;
         let (worlds, each) = (inside.kept.len(), inside.kept[0].numbers.len());
         if out.shape() != [worlds, each] {
-            return Err(PyValueError::new_err(format!("an array of {worlds} x {each} numbers is expected")));
+            return Err(PyValueError::new_err(format!("expected an array of {worlds} x {each} values")));
         }
         let mut out = out.try_readwrite()?;
         let out = out.as_slice_mut()?;
@@ -230,7 +233,7 @@ impl Batch {
         Ok(())
     }
 
-    /// Makes worlds anew: numbers of worlds, a seed and changes for each.
+    /// Resets worlds, given by their indices, with a seed and changes for each.
     fn reset(
         &self,
         py: Python<'_>,
@@ -258,7 +261,7 @@ impl Batch {
         })
     }
 
-    /// A property of an object in each world.
+    /// Returns a property of an object in each world.
     fn get<'py>(&self, py: Python<'py>, path: &str, key: &str) -> PyResult<Vec<Bound<'py, PyAny>>> {
         let all = self.with(py, |inside| {
             let mut all = vec![None; inside.batch.count()];
@@ -286,13 +289,13 @@ impl Batch {
         })
     }
 
-    /// The state of a world.
+    /// Returns a snapshot of a world.
     fn snapshot<'py>(&self, py: Python<'py>, world: usize) -> PyResult<Bound<'py, PyBytes>> {
         let bytes = self.with(py, |inside| inside.batch.one(world, |seat| seat.snapshot()?.to_bytes()))?;
         Ok(PyBytes::new(py, &bytes))
     }
 
-    /// Brings worlds into a state.
+    /// Restores worlds from a snapshot.
     fn restore(&self, py: Python<'_>, worlds: Vec<usize>, bytes: &[u8]) -> PyResult<()> {
         let snapshot = Snapshot::from_bytes(bytes).map_err(|e| error::of(&e))?;
         self.with(py, |inside| {
@@ -308,7 +311,7 @@ impl Batch {
         })
     }
 
-    /// The hash of each world.
+    /// Returns the state hash of each world.
     fn hashes(&self, py: Python<'_>) -> PyResult<Vec<u64>> {
         self.with(py, |inside| {
             let mut all = vec![0; inside.batch.count()];
@@ -320,7 +323,7 @@ impl Batch {
         })
     }
 
-    /// Time in each world, s.
+    /// Returns the simulation time of each world, s.
     fn times(&self, py: Python<'_>) -> PyResult<Vec<f64>> {
         self.with(py, |inside| {
             let mut all = vec![0.0; inside.batch.count()];
@@ -332,18 +335,18 @@ impl Batch {
         })
     }
 
-    /// The table `[env]` of the scene.
+    /// Returns the table `[env]` of the scene, if there is one.
     fn env<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyDict>>> {
         let text = self.with(py, |inside| inside.batch.one(0, |seat| Ok(seat.engine().document.env.clone())))?;
         table::env(py, text.as_deref())
     }
 
-    /// Length of a step, s.
+    /// Returns the length of a step, s.
     fn dt(&self, py: Python<'_>) -> PyResult<f64> {
         self.with(py, |inside| inside.batch.one(0, |seat| Ok(seat.world()?.dt())))
     }
 
-    /// What has been logged since the last call: world, level, code and text.
+    /// Returns the log lines since the last call: world, level, code and text.
     #[allow(clippy::type_complexity, reason = "tuples of Python")]
     fn lines(&self, py: Python<'_>) -> PyResult<Vec<(usize, &'static str, Option<&'static str>, String)>> {
         let all = self.with(py, |inside| {
@@ -358,7 +361,7 @@ impl Batch {
         Ok(all.filter_map(|(world, l)| Some((world, tag_of_line(l.level)?, l.code, l.text))).collect())
     }
 
-    /// A picture of a world, as an array of rows, columns and colours.
+    /// Renders a picture of a world, as an array of rows, columns and RGB.
     #[allow(clippy::too_many_arguments, reason = "keywords in Python")]
     fn render<'py>(
         &self,
@@ -379,6 +382,6 @@ impl Batch {
 
     /// Ends all worlds.
     fn close(&self, py: Python<'_>) {
-        py.detach(|| drop(self.inside.lock().unwrap_or_else(PoisonError::into_inner).take()));
+        detached(py, || drop(self.inside.lock().unwrap_or_else(PoisonError::into_inner).take()));
     }
 }

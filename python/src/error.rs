@@ -7,8 +7,8 @@ create_exception!(
     tatu_sim,
     Error,
     PyException,
-    "An error of the simulator. `code` is documented in the reference of errors; `text` is what went wrong, `help` how to \
-     correct it, `file` and `line` where it is; each may be None."
+    "An error of the simulator. `code` is explained in the reference of errors; `text` describes the problem, `help` \
+     how to correct it, `file` and `line` its location. Each may be None."
 );
 
 fn with(message: String, code: &str, text: &str, help: Option<&str>, place: Option<(String, usize)>) -> PyErr {
@@ -26,18 +26,18 @@ fn with(message: String, code: &str, text: &str, help: Option<&str>, place: Opti
     })
 }
 
-/// An error that kept something from starting.
+/// Converts an error that prevented a start to an exception.
 pub fn of(e: &Wrong) -> PyErr {
     let place = e.place.as_ref().map(|p| (p.file.display().to_string(), p.line));
     with(e.to_string(), e.code, &e.text, e.help.as_deref(), place)
 }
 
-/// A property that could not be read or set.
+/// Converts a refusal to read or set a property to an error.
 pub fn refused(r: &Refusal) -> Wrong {
     Wrong::new(tatu_core::errors::FaultKind::of(r.0).code(), r.1.clone())
 }
 
-/// A fault of a command.
+/// Converts a fault of a command to an error.
 pub fn fault(f: &Fault) -> Wrong {
     let mut text = f.message.clone();
     if let Some(traceback) = &f.traceback {

@@ -9,16 +9,16 @@ use pyo3::{exceptions::PyValueError, prelude::*};
 use tatu_embed::sweep::{Job, Sweep as Inner, plan::Plan};
 use tatu_plugin_api::safe::{MOST_BYTES, read_plain_text};
 
-use crate::{error, world::Arguments};
+use crate::{detach::detached, error, world::Arguments};
 
 /// Returns a scene with all its files as text.
 #[pyfunction]
 pub fn bundle(py: Python<'_>, setup: Arguments) -> PyResult<String> {
     let setup = setup.into();
-    py.detach(|| Inner::bundle(&setup)).map_err(|e| error::of(&e))
+    detached(py, || Inner::bundle(&setup)).map_err(|e| error::of(&e))
 }
 
-/// Reads a sweep file: its scene, and its jobs as JSON.
+/// Reads a sweep file; returns its scene, and its jobs as JSON.
 #[pyfunction]
 pub fn plan(file: PathBuf) -> PyResult<(PathBuf, Vec<String>)> {
     let text = read_plain_text(&file, MOST_BYTES)?;
@@ -45,29 +45,29 @@ impl Sweep {
 impl Sweep {
     #[new]
     fn new(py: Python<'_>, bundle: &str) -> PyResult<Self> {
-        let inner = py.detach(|| Inner::open(bundle)).map_err(|e| error::of(&e))?;
+        let inner = detached(py, || Inner::open(bundle)).map_err(|e| error::of(&e))?;
         Ok(Sweep { inner: Mutex::new(Some(std::sync::Arc::new(inner))) })
     }
 
-    /// The key of a job, which is JSON.
+    /// Returns the key of a job, which is given as JSON.
     fn key(&self, job: &str) -> PyResult<String> {
         let job = Job::parse(job).map_err(|e| error::of(&e))?;
         Ok(self.inner()?.key(&job))
     }
 
-    /// Runs a job, which is JSON; its row, as JSON.
+    /// Runs a job, which is given as JSON; returns its row as JSON.
     #[pyo3(signature = (job, record=None))]
     fn run(&self, py: Python<'_>, job: &str, record: Option<PathBuf>) -> PyResult<String> {
         let job = Job::parse(job).map_err(|e| error::of(&e))?;
         let inner = self.inner()?;
-        let row = py.detach(|| inner.run(&job, record.as_deref())).map_err(|e| error::of(&e))?;
+        let row = detached(py, || inner.run(&job, record.as_deref())).map_err(|e| error::of(&e))?;
         serde_json::to_string(&row).map_err(|e| PyValueError::new_err(e.to_string()))
     }
 
-    /// Ends the plugins, once no job runs.
+    /// Ends the plugins when no job is running any more.
     fn close(&self, py: Python<'_>) {
         let inner = self.inner.lock().unwrap_or_else(PoisonError::into_inner).take();
-        py.detach(|| {
+        detached(py, || {
             if let Some(inner) = inner.and_then(std::sync::Arc::into_inner) {
                 inner.end();
             }

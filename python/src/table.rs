@@ -1,4 +1,4 @@
-//! Tables of TOML as dictionaries.
+//! Converts TOML tables to dictionaries.
 
 use pyo3::{
     IntoPyObjectExt,
@@ -7,14 +7,14 @@ use pyo3::{
 };
 use toml_edit::{Item, TableLike, Value};
 
-/// The table `[env]` of a scene as a dictionary; `text` is a document that has only it.
+/// Returns the table `[env]` of a scene as a dictionary; `text` is a document that contains only this table.
 pub fn env<'py>(py: Python<'py>, text: Option<&str>) -> PyResult<Option<Bound<'py, PyDict>>> {
     let parsed: Option<toml_edit::DocumentMut> = text.and_then(|t| t.parse().ok());
     let table = parsed.as_ref().and_then(|t| t.get("env")).and_then(Item::as_table_like);
     table.map(|t| dict(py, t)).transpose()
 }
 
-/// A table as a dictionary.
+/// Converts a table to a dictionary.
 pub fn dict<'py>(py: Python<'py>, table: &dyn TableLike) -> PyResult<Bound<'py, PyDict>> {
     let out = PyDict::new(py);
     for (key, item) in table.iter() {

@@ -1,4 +1,4 @@
-//! Values of the simulator and of Python.
+//! Converts values between the simulator and Python.
 
 use numpy::{PyArray1, PyReadonlyArrayDyn};
 use pyo3::{
@@ -9,10 +9,11 @@ use pyo3::{
 };
 use tatu_plugin_api::safe::Value;
 
-/// Nesting that no value has.
+/// Maximum nesting depth of a value; deeper nesting means that a value contains itself.
 const DEEP: usize = 64;
 
-/// A value for Python: arrays of numbers become NumPy arrays, text `str`, or `bytes` if it is not UTF-8.
+/// Converts a value for Python: arrays of numbers become NumPy arrays; text becomes `str`, or `bytes` if it is not
+/// UTF-8.
 pub fn to_python<'py>(py: Python<'py>, value: &Value) -> PyResult<Bound<'py, PyAny>> {
     match value {
         Value::Nil => Ok(py.None().into_bound(py)),
@@ -42,17 +43,17 @@ pub fn to_python<'py>(py: Python<'py>, value: &Value) -> PyResult<Bound<'py, PyA
     }
 }
 
-/// A value of Python for the simulator.
+/// Converts a Python value for the simulator.
 ///
 /// # Errors
-/// `TypeError`: there is nothing like it.
+/// `TypeError` if the simulator has no corresponding type.
 pub fn from_python(value: &Bound<'_, PyAny>) -> PyResult<Value> {
     within(value, 0)
 }
 
 fn within(value: &Bound<'_, PyAny>, depth: usize) -> PyResult<Value> {
     if depth > DEEP {
-        return Err(PyTypeError::new_err("a value that is nested too deeply, or contains itself"));
+        return Err(PyTypeError::new_err("the value is nested too deeply, or contains itself"));
     }
     if value.is_none() {
         return Ok(Value::Nil);
@@ -93,7 +94,7 @@ fn within(value: &Bound<'_, PyAny>, depth: usize) -> PyResult<Value> {
         }
         return Ok(numbers(&items).unwrap_or(Value::List(items)));
     }
-    // Numbers of NumPy.
+    // NumPy scalars.
     if let Ok(i) = value.extract::<i64>() {
         return Ok(Value::Int(i));
     }
@@ -102,11 +103,11 @@ fn within(value: &Bound<'_, PyAny>, depth: usize) -> PyResult<Value> {
     }
     let kind = value.get_type().name().map(|n| n.to_string()).unwrap_or_default();
     Err(PyTypeError::new_err(format!(
-        "a {kind} cannot be passed to the simulator; expected a number, a text, bytes, an array, a list or a dict"
+        "a {kind} cannot be passed to the simulator; expected a number, a string, bytes, an array, a list or a dict"
     )))
 }
 
-/// Numbers of an array of NumPy, row by row.
+/// Returns the elements of a NumPy array, row by row, or `None` if the value is not an array of numbers.
 fn array(value: &Bound<'_, PyAny>) -> Option<Value> {
     if let Ok(a) = value.extract::<PyReadonlyArrayDyn<'_, f64>>() {
         return Some(Value::Floats(a.as_array().iter().copied().collect()));
@@ -126,7 +127,7 @@ fn array(value: &Bound<'_, PyAny>) -> Option<Value> {
     None
 }
 
-/// A list of numbers, at least one of which is no integer, as an array.
+/// Converts a list of numbers, at least one of which is not an integer, to an array.
 fn numbers(items: &[Value]) -> Option<Value> {
     if !items.iter().any(|v| matches!(v, Value::Float(_))) {
         return None;

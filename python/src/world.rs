@@ -21,19 +21,19 @@ use tatu_core::{
 use tatu_embed::{Host, Scene, Seat, Setup, View};
 use tatu_plugin_api::{abi::*, safe::Value};
 
-use crate::{error, table, value};
+use crate::{detach::detached, error, table, value};
 
-/// How long steps run before Python may handle signals, such as Ctrl-C.
+/// Maximum time for which steps run before Python can handle signals such as Ctrl-C.
 const SLICE: Duration = Duration::from_millis(50);
 
-/// A world. See `tatu_sim.World`, which users see.
+/// A world. The public interface is `tatu_sim.World`.
 #[pyclass(module = "tatu_sim._native")]
 pub struct World {
-    /// `None` once it has been closed.
+    /// The host of the world; `None` after it was closed.
     host: Mutex<Option<Arc<Host>>>,
 }
 
-/// Numbers of an object that are read or set in each step, found once.
+/// A property or field of an object that is read or set in each step; it is looked up only once.
 #[pyclass(module = "tatu_sim._native", frozen)]
 pub struct Channel {
     channel: tatu_core::Channel,
@@ -41,14 +41,14 @@ pub struct Channel {
 
 #[pymethods]
 impl Channel {
-    /// The shape of its numbers, as of an array.
+    /// Returns the shape of the values, as that of an array.
     #[getter]
     fn shape(&self) -> Vec<usize> {
         self.channel.shape.clone()
     }
 }
 
-/// Makes a setup of arguments from Python.
+/// Arguments from Python, from which a setup is created.
 #[derive(FromPyObject)]
 #[pyo3(from_item_all)]
 pub struct Arguments {
@@ -91,10 +91,10 @@ impl World {
         host.clone().ok_or_else(|| PyValueError::new_err("the world is closed"))
     }
 
-    /// Does something with the world on its thread, without the interpreter's lock.
+    /// Calls a function with the world on its thread, while the interpreter's lock is released.
     fn with<T: Send>(&self, py: Python<'_>, f: impl FnOnce(&mut Seat) -> Result<T> + Send) -> PyResult<T> {
         let host = self.host()?;
-        py.detach(|| host.with(f)).map_err(|e| error::of(&e))
+        detached(py, || host.with(f)).map_err(|e| error::of(&e))
     }
 }
 
@@ -103,76 +103,77 @@ impl World {
     #[new]
     fn new(py: Python<'_>, setup: Arguments) -> PyResult<Self> {
         let setup = Setup::from(setup);
-        let host = py.detach(|| Host::open(setup)).map_err(|e| error::of(&e))?;
+        let host = detached(py, || Host::open(setup)).map_err(|e| error::of(&e))?;
         Ok(World { host: Mutex::new(Some(Arc::new(host))) })
     }
 
-    /// Does up to `n` steps; returns how many, whether the world still runs, and what has been logged.
+    /// Runs up to `n` steps. Returns how many were run, whether the world is still running, and the lines logged. If an
+    /// exception is raised, such as by Ctrl-C, the lines logged so far are left for [`lines`](Self::lines).
     fn step(&self, py: Python<'_>, n: u64) -> PyResult<(u64, bool, Vec<Line>)> {
         let mut done = 0;
-        let mut lines = Vec::new();
         loop {
-            // Another thread may have closed the world meanwhile.
+            // Another thread may have closed the world in the meantime.
             let host = self.host()?;
-            let some = py.detach(|| {
+            let slice = detached(py, || {
                 host.with(|seat| {
                     let since = Instant::now();
                     let mut stepped = 0;
                     loop {
                         let step = seat.step((n - done - stepped).min(16))?;
                         stepped += step.steps;
-                        if !step.running || done + stepped >= n || since.elapsed() > SLICE {
-                            return Ok((stepped, step.running, seat.world()?.take_lines()));
+                        let last = !step.running || done + stepped >= n;
+                        if last || since.elapsed() > SLICE {
+                            let lines = last.then(|| seat.world().map(tatu_core::World::take_lines)).transpose()?;
+                            return Ok((stepped, step.running, lines));
                         }
                     }
                 })
             });
-            let (stepped, running, told) = some.map_err(|e| error::of(&e))?;
+            let (stepped, running, lines) = slice.map_err(|e| error::of(&e))?;
             done += stepped;
-            lines.extend(told.into_iter().filter_map(line));
-            if !running || done >= n {
-                return Ok((done, running, lines));
+            if let Some(lines) = lines {
+                return Ok((done, running, lines.into_iter().filter_map(line).collect()));
             }
             py.check_signals()?;
         }
     }
 
-    /// Makes the world anew.
+    /// Resets the world, optionally with a new seed and new changes.
     fn reset(&self, py: Python<'_>, seed: Option<u64>, set: Option<Vec<String>>) -> PyResult<()> {
         self.with(py, |seat| seat.reset(seed, set))
     }
 
-    /// The state of the world.
+    /// Returns a snapshot of the world.
     fn snapshot<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyBytes>> {
         let bytes = self.with(py, |seat| seat.snapshot()?.to_bytes())?;
         Ok(PyBytes::new(py, &bytes))
     }
 
-    /// Returns to a state.
+    /// Restores the world from a snapshot.
     fn restore(&self, py: Python<'_>, bytes: &[u8]) -> PyResult<()> {
         let snapshot = Snapshot::from_bytes(bytes).map_err(|e| error::of(&e))?;
         self.with(py, |seat| seat.restore(&snapshot))
     }
 
-    /// Another world in the same state.
+    /// Creates another world in the same state.
     fn fork(&self, py: Python<'_>) -> PyResult<Self> {
         let host = self.host()?;
-        let fork = py.detach(|| host.fork()).map_err(|e| error::of(&e))?;
+        let fork = detached(py, || host.fork()).map_err(|e| error::of(&e))?;
         Ok(World { host: Mutex::new(Some(Arc::new(fork))) })
     }
 
     /// Ends the world.
     fn close(&self, py: Python<'_>) {
         let host = self.host.lock().unwrap_or_else(PoisonError::into_inner).take();
-        py.detach(|| drop(host));
+        detached(py, || drop(host));
     }
 
-    /// The hash of its state.
+    /// Returns the hash of the world's state.
     fn hash(&self, py: Python<'_>) -> PyResult<u64> {
         self.with(py, |seat| Ok(seat.world()?.hash().total))
     }
 
-    /// Time, s; steps done; length of a step, s.
+    /// Returns the simulation time, s, the number of steps run, and the length of a step, s.
     fn clock(&self, py: Python<'_>) -> PyResult<(f64, u64, f64)> {
         self.with(py, |seat| {
             let world = seat.world()?;
@@ -180,7 +181,7 @@ impl World {
         })
     }
 
-    /// A property of an object.
+    /// Returns a property of an object.
     fn get<'py>(&self, py: Python<'py>, path: &str, key: &str) -> PyResult<Bound<'py, PyAny>> {
         let got = self.with(py, |seat| seat.world()?.get(path, key).map_err(|r| error::refused(&r)))?;
         value::to_python(py, &got)
@@ -192,7 +193,7 @@ impl World {
         self.with(py, |seat| seat.world()?.set(path, key, &value).map_err(|r| error::refused(&r)))
     }
 
-    /// Calls a command; the list of its results.
+    /// Calls a command; returns the list of its results.
     fn call<'py>(&self, py: Python<'py>, name: &str, args: Vec<Bound<'py, PyAny>>) -> PyResult<Bound<'py, PyList>> {
         let args = args.iter().map(value::from_python).collect::<PyResult<Vec<_>>>()?;
         let results = self.with(py, |seat| seat.world()?.call(name, &args).map_err(|f| error::fault(&f)))?;
@@ -200,7 +201,7 @@ impl World {
         PyList::new(py, results)
     }
 
-    /// The last reading of a sensor.
+    /// Returns the last reading of a sensor.
     fn reading<'py>(&self, py: Python<'py>, path: &str) -> PyResult<Bound<'py, PyDict>> {
         let reading = self.with(py, |seat| {
             let world = seat.world()?;
@@ -225,7 +226,7 @@ impl World {
         Ok(out)
     }
 
-    /// Path and kind of every object, in order.
+    /// Returns the path and kind of each object, in order of the tree.
     fn objects(&self, py: Python<'_>) -> PyResult<Vec<(String, String)>> {
         let kind = |kind: i32| KINDS.iter().find(|(_, k)| *k == kind).map_or("script", |(name, _)| *name).to_owned();
         self.with(py, |seat| {
@@ -237,18 +238,18 @@ impl World {
         })
     }
 
-    /// Paths of all sensors.
+    /// Returns the paths of all sensors.
     fn sensors(&self, py: Python<'_>) -> PyResult<Vec<String>> {
         self.with(py, |seat| Ok(seat.world()?.sensors()))
     }
 
-    /// Finds numbers of an object.
+    /// Looks up a property or field of an object.
     fn channel(&self, py: Python<'_>, path: &str, name: &str) -> PyResult<Channel> {
         let channel = self.with(py, |seat| seat.world()?.channel(path, name).map_err(|r| error::refused(&r)))?;
         Ok(Channel { channel })
     }
 
-    /// Reads channels into an array, one after the other.
+    /// Reads channels into an array, consecutively.
     fn read_into(
         &self,
         py: Python<'_>,
@@ -259,7 +260,7 @@ impl World {
         let wanted = channels.iter().map(|c| c.shape.iter().product::<usize>()).sum::<usize>();
         if out.len() != wanted {
             return Err(PyValueError::new_err(format!(
-                "an array of {wanted} numbers is expected, not of {}",
+                "expected an array of {wanted} values, found one of {}",
                 out.len()
             )));
         }
@@ -285,7 +286,7 @@ impl World {
         self.with(py, |seat| seat.world()?.write_channel(&channel, &numbers).map_err(|r| error::refused(&r)))
     }
 
-    /// A picture, as an array of rows, columns and colours.
+    /// Renders a picture, as an array of rows, columns and RGB.
     #[allow(clippy::too_many_arguments, reason = "keywords in Python")]
     fn render<'py>(
         &self,
@@ -301,7 +302,7 @@ impl World {
         PyArray1::from_vec(py, picture.rgb).reshape([rows as usize, columns as usize, 3])
     }
 
-    /// What has been logged since the last call: level, code and text.
+    /// Returns the log lines since the last call: level, code and text.
     fn lines(&self, py: Python<'_>) -> PyResult<Vec<Line>> {
         let lines = self.with(py, |seat| Ok(seat.world()?.take_lines()))?;
         Ok(lines.into_iter().filter_map(line).collect())
@@ -312,12 +313,12 @@ impl World {
         self.with(py, |seat| seat.end_services())
     }
 
-    /// Warnings of plugins and scene.
+    /// Returns the warnings about plugins and the scene.
     fn warnings(&self, py: Python<'_>) -> PyResult<Vec<String>> {
         self.with(py, |seat| Ok(seat.engine().warnings.clone()))
     }
 
-    /// Errors so far.
+    /// Returns the faults so far.
     fn faults<'py>(&self, py: Python<'py>) -> PyResult<Vec<Bound<'py, PyDict>>> {
         let faults = self.with(py, |seat| Ok(seat.world()?.faults()))?;
         let one = |f: tatu_core::errors::Fault| {
@@ -337,14 +338,14 @@ impl World {
         faults.into_iter().map(one).collect()
     }
 
-    /// Id and version of every plugin.
+    /// Returns the id and version of each plugin.
     fn plugins(&self, py: Python<'_>) -> PyResult<Vec<(String, String)>> {
         self.with(py, |seat| {
             Ok(seat.engine().registry.plugins.iter().map(|p| (p.id.clone(), p.version.clone())).collect())
         })
     }
 
-    /// Names of all commands, with declarations.
+    /// Returns the names of all commands, with their declarations.
     fn commands<'py>(&self, py: Python<'py>) -> PyResult<Vec<Bound<'py, PyDict>>> {
         let registry = self.with(py, |seat| Ok(seat.engine().registry.clone()))?;
         let declared = |all: &[Declared]| -> PyResult<Vec<_>> {
@@ -370,7 +371,7 @@ impl World {
             Ok(out)
         };
         let done = registry.commands.iter().map(one).collect();
-        // The world may have been closed meanwhile: then this is the last owner, which ends the plugins in order.
+        // If the world was closed in the meantime, this drops the last reference, which ends the plugins in order.
         self.with(py, |_| {
             drop(registry);
             Ok(())
@@ -378,7 +379,7 @@ impl World {
         done
     }
 
-    /// The table `[env]` of the scene.
+    /// Returns the table `[env]` of the scene, if there is one.
     fn env<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyDict>>> {
         let text = self.with(py, |seat| Ok(seat.engine().document.env.clone()))?;
         table::env(py, text.as_deref())
@@ -392,7 +393,7 @@ fn line(l: tatu_core::LogLine) -> Option<Line> {
     Some((tag_of_line(l.level)?, l.code, l.text))
 }
 
-/// From where a picture is taken.
+/// Converts arguments to the viewpoint of a picture.
 pub fn view(camera: Option<String>, points: Option<([f64; 3], [f64; 3])>) -> View {
     match (camera, points) {
         (Some(camera), _) => View::Camera(camera),
@@ -401,7 +402,7 @@ pub fn view(camera: Option<String>, points: Option<([f64; 3], [f64; 3])>) -> Vie
     }
 }
 
-/// Name of a level of the log; `None`: what windows of scripts show.
+/// Returns the name of a log level, or `None` for output to windows of scripts.
 pub fn tag_of_line(level: u32) -> Option<&'static str> {
     match level {
         TATU_LOG_ERROR => Some("error"),
@@ -412,7 +413,7 @@ pub fn tag_of_line(level: u32) -> Option<&'static str> {
     }
 }
 
-/// A field of a reading, in the shape that it has.
+/// Converts a field of a reading to an array with its shape.
 fn shaped<'py>(py: Python<'py>, value: &Value, dims: [u32; 3]) -> PyResult<Bound<'py, PyAny>> {
     let mut shape: Vec<usize> = dims.iter().map(|d| *d as usize).collect();
     while shape.len() > 1 && shape.last() == Some(&1) {

@@ -1,4 +1,4 @@
-"""Tatu, a robot simulator, as a module of Python.
+"""Tatu, a robot simulator, as a Python module.
 
     import tatu_sim
 
@@ -6,16 +6,18 @@
     world.run(10.0)
     print(world["/Pioneer_p3dx"].position, hex(world.hash))
 
-- `World`: a scene that runs; `Object`: an object in it; `Reading`: what a sensor measured.
+- `World`: a running scene; `Object`: an object in it; `Reading`: the last measurement of a sensor.
 - `Batch`: many worlds, stepped together on all cores.
 - `tatu_sim.gym`: environments for Gymnasium, described by the scene (needs `gymnasium`).
 - `tatu_sim.sweep`: many runs with different parameters, on one machine or on many.
 - `python -m tatu_sim`: the command line.
 """
 
+import atexit
+
 from ._batch import Batch
 from ._files import models, scenes
-from ._native import Error, __version__, crash_reports as _crash_reports
+from ._native import Error, __version__, crash_reports as _crash_reports, finish
 from ._world import Fault, Object, Reading, World
 
 __all__ = [
@@ -36,19 +38,23 @@ __all__ = [
     "sweep",
 ]
 
+# Daemon threads may be in a call when the interpreter exits, and must not return to it then.
+atexit.register(finish)
+del atexit, finish
+
 
 def crash_reports(on: bool = True) -> None:
-    """Report crashes of this process from now on: the plugin, its function and the object.
+    """Report crashes of this process from now on, with the plugin, its function and the object.
 
-    This installs signal handlers and stays until the process ends. Without it, and unless the command line is used,
-    the simulator installs none.
+    This installs signal handlers, which remain until the process exits. Otherwise, the simulator installs none, except
+    when the command line is used.
     """
     if not on:
         raise ValueError("crash reports cannot be switched off: other handlers may have been installed since")
     _crash_reports()
 
 
-#: What needs modules that most programs do without: pools of processes, Ray.
+#: Names that are imported on first use, because they need modules that most programs do not use: process pools, Ray.
 _LATER = {
     "CheckError": "_sweep",
     "Job": "_sweep",

@@ -193,6 +193,51 @@ def test_ctrl_c_is_heard_in_long_steps():
     assert out.stdout == "interrupted True 1\n", out.stderr
 
 
+def test_what_was_printed_before_ctrl_c_is_not_lost(tmp_path):
+    script = tmp_path / "count.lua"
+    script.write_text("n = 0\nfunction sysCall_sensing() n = n + 1; print('step ' .. n) end\n")
+    code = (
+        "import tatu_sim, signal, threading, os\n"
+        f"world = tatu_sim.World({PIONEER!r}, scripts={{'/Pioneer_p3dx': {str(script)!r}}})\n"
+        "threading.Timer(0.3, lambda: os.kill(os.getpid(), signal.SIGINT)).start()\n"
+        "try:\n"
+        "    world.step(10**9)\n"
+        "except KeyboardInterrupt:\n"
+        "    print('interrupted', round(world.time / world.dt))\n"
+    )
+    out = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=120)
+    *printed, last = out.stdout.splitlines()
+    steps = int(last.removeprefix("interrupted "))
+    assert steps > 10 and printed == [f"step {n}" for n in range(1, steps + 1)], out.stderr
+
+
+def test_daemon_threads_may_step_as_the_interpreter_exits():
+    code = (
+        "import tatu_sim, threading, time\n"
+        f"world = tatu_sim.World({PIONEER!r})\n"
+        "def step(n):\n"
+        "    while True:\n"
+        "        world.step(n)\n"
+        "for n in (1, 5, 10**6):\n"
+        "    threading.Thread(target=step, args=(n,), daemon=True).start()\n"
+        "time.sleep(0.2)\n"
+    )
+    out = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=120)
+    assert (out.returncode, out.stderr) == (0, "")
+
+
+def test_a_misspelt_property_gets_a_suggestion(falling):
+    with tatu_sim.World(text=falling) as world:
+        for key, meant in [("object.world_poze", "object.world_pose"), ("world_pose", "object.world_pose")]:
+            with pytest.raises(tatu_sim.Error, match=f"did you mean `{meant}`"):
+                world.get("/ball", key)
+            with pytest.raises(tatu_sim.Error, match=f"did you mean `{meant}`"):
+                world.set("/ball", key, [0.0] * 7)
+        with pytest.raises(tatu_sim.Error) as refused:
+            world.get("/ball", "no.such.thing.anywhere")
+        assert "did you mean" not in str(refused.value)
+
+
 def test_it_is_a_guest_in_the_process():
     before = {s: signal.getsignal(s) for s in signal.valid_signals()}
     caught = _caught()

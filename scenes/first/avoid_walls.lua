@@ -1,4 +1,4 @@
--- Drives ahead, and steers away from what the front sonars see.
+-- Drives ahead, and steers away from obstacles that the front sonars detect.
 -- Each sonar slows the wheel on the other side: the nearer an obstacle, the more.
 
 local far, near = 0.6, 0.2   -- m: no reaction beyond, full reaction within
@@ -13,7 +13,7 @@ function sysCall_init()
     right = sim.getObject('./Pioneer_p3dx_rightMotor')
 end
 
--- 0: nothing near; 1: very near.
+-- Returns 0 if nothing is near, up to 1 if an obstacle is very near.
 local function nearness(sonar)
     local seen, distance = sim.readProximitySensor(sonar)
     if seen < 1 or distance > far then return 0 end
@@ -26,7 +26,7 @@ function sysCall_actuation()
     for i = 5, 8 do turn_left = turn_left + (9 - i) * nearness(sonars[i]) end
     ahead = math.max(nearness(sonars[4]), nearness(sonars[5]))
     local turn = 0.8 * (turn_right - turn_left)
-    -- Something ahead: choose a side once and keep to it until the way is free, or it would swing in a corner for ever.
+    -- With an obstacle ahead, keep turning to one side until the path is clear: otherwise the robot oscillates in a corner.
     if ahead > 0 then
         side = side or (turn < 0 and -1 or 1)
         turn = side * math.max(1.5, math.abs(turn))

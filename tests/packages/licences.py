@@ -1,8 +1,10 @@
 #!/usr/bin/env python3
-"""Tests that the terms of all packages can be met with allowed licences: licences.py [--metadata FILE] [--lock FILE]
+"""Tests licences and sources of all dependencies, as `cargo deny check licenses bans sources` does:
+licences.py [--metadata FILE] [--lock FILE]
 
 The packages are those of `cargo metadata`, or of a file with its output, and those of the page's package-lock.json.
-Needs no build. The list is packages/licences.toml; it must be that of deny.toml.
+Needs no build. The list of licences is packages/licences.toml; it must be that of deny.toml. Crates come from crates.io or
+from this repository. Crates in several versions are listed, but permitted, because their users choose them.
 """
 
 import argparse
@@ -22,9 +24,10 @@ import spdx  # noqa: E402
 LOCK = ROOT / "plugins/views/web/page/package-lock.json"
 DENY = ROOT / "deny.toml"
 TARGET = "x86_64-unknown-linux-gnu"
+CRATES_IO = "registry+https://github.com/rust-lang/crates.io-index"
 
 
-def told_by_cargo():
+def cargo_metadata():
     command = ["cargo", "metadata", "--locked", "--format-version", "1", "--filter-platform", TARGET]
     ran = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
     if ran.returncode != 0:
@@ -45,7 +48,7 @@ def refusal(expression, allowed):
 
 
 def refused(metadata, lock, lists):
-    """Returns lines about packages whose terms cannot be met, and the number of packages."""
+    """Returns lines about packages whose licence is not allowed, and the number of packages."""
     wrong, count = [], 0
     for crate in metadata["packages"]:
         count += 1
@@ -62,6 +65,23 @@ def refused(metadata, lock, lists):
             name = place.rpartition("node_modules/")[2]
             wrong.append(f"npm package {name} {package.get('version')}: {why}")
     return sorted(wrong), count
+
+
+def foreign(metadata):
+    """Returns lines about crates that come neither from crates.io nor from the workspace."""
+    return [
+        f"crate {crate['name']} {crate['version']}: from {crate['source']}; expected crates.io or a path"
+        for crate in metadata["packages"]
+        if crate.get("source") not in (None, CRATES_IO)
+    ]
+
+
+def duplicates(metadata):
+    """Returns the versions of each crate that occurs in several versions."""
+    versions = {}
+    for crate in metadata["packages"]:
+        versions.setdefault(crate["name"], []).append(crate["version"])
+    return {name: sorted(found) for name, found in sorted(versions.items()) if len(found) > 1}
 
 
 def differences(lists):
@@ -81,12 +101,14 @@ def run(arguments):
     parser.add_argument("--metadata", type=Path, help="a file with the output of `cargo metadata`")
     parser.add_argument("--lock", type=Path, default=LOCK, help="a package-lock.json")
     args = parser.parse_args(arguments)
-    metadata = json.loads(args.metadata.read_text(encoding="utf-8")) if args.metadata else told_by_cargo()
+    metadata = json.loads(args.metadata.read_text(encoding="utf-8")) if args.metadata else cargo_metadata()
     lists = spdx.read_list()
     wrong, count = refused(metadata, json.loads(args.lock.read_text(encoding="utf-8")), lists)
-    wrong += differences(lists)
+    wrong += foreign(metadata) + differences(lists)
     for line in wrong:
         print(f"FAIL  {line}")
+    for name, versions in duplicates(metadata).items():
+        print(f"note  crate {name} in {len(versions)} versions: {', '.join(versions)}")
     if wrong:
         print("help: use another package, or add the licence to packages/licences.toml and deny.toml, with its reason")
     else:
@@ -119,7 +141,7 @@ def test_expressions():
 
 
 def test_refusals():
-    """A package with other terms, in made-up files, ends this program with 1 and is named."""
+    """Checks with generated files that a package with a forbidden licence is reported, and makes the exit code 1."""
     crate = {"name": "good", "version": "1.0.0", "license": "MIT OR GPL-3.0"}
     good = {"name": "", "packages": {"": {}, "node_modules/a": {"version": "1.0.0", "license": "MIT"}}}
     cases = [
@@ -130,6 +152,12 @@ def test_refusals():
          "npm package @b/c 2.0.0"),
         ({"packages": [crate]}, {"packages": {"node_modules/d": {"version": "2.0.0", "license": "BSD-3-Clause"}}}, 1,
          "npm package d 2.0.0"),
+    ]
+    git = {**crate, "name": "other", "source": "git+https://example.org/other#1234"}
+    cases += [
+        ({"packages": [git]}, good, 1, "crate other 1.0.0: from git+"),
+        ({"packages": [{**crate, "source": CRATES_IO}, {**crate, "version": "2.0.0"}]}, good, 0,
+         "crate good in 2 versions: 1.0.0, 2.0.0"),
     ]
     with tempfile.TemporaryDirectory() as folder:
         metadata, lock = Path(folder) / "metadata.json", Path(folder) / "package-lock.json"

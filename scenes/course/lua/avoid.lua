@@ -1,4 +1,4 @@
--- Drives ahead and turns away from what the sonars in front see.
+-- Drives ahead and turns away from obstacles that the front sonars detect.
 
 if sim_call_type == sim_childscriptcall_initialization then
     sonars = {}
@@ -12,7 +12,8 @@ if sim_call_type == sim_childscriptcall_initialization then
 end
 
 if sim_call_type == sim_childscriptcall_actuation then
-    -- The sonars in front, from left (1) to right (8): those ahead count most, and each slows the wheel on the other side.
+    -- Weights of the front sonars, from left (1) to right (8): those ahead count most; each slows the wheel on the other
+-- side.
     local push = {0, 0}
     for i = 1, 8 do
         local seen, distance = simReadProximitySensor(sonars[i])
@@ -22,7 +23,7 @@ if sim_call_type == sim_childscriptcall_actuation then
             push[side] = push[side] + nearness * (i <= 4 and i or 9 - i) * 0.5
         end
     end
-    -- A little more on one side, so that it does not stand still before what it sees straight ahead.
+    -- Slightly more on one side, so that the robot does not stop in front of an obstacle straight ahead.
     speed_left, speed_right = cruise - push[1] * 1.1, cruise - push[2]
     simSetJointTargetVelocity(left, speed_left)
     simSetJointTargetVelocity(right, speed_right)

@@ -1,5 +1,5 @@
--- Tells each second how far away the middle of the picture is. At each key `w` it saves what the Kinect sees: the colours,
--- and the depths as grey, black near and white far.
+-- Prints the depth in the middle of the image each second. At each key `w`, saves the images of the Kinect: the
+-- colours, and the depths as grey, black near and white far.
 
 if sim_call_type == sim_childscriptcall_initialization then
     depth = simGetObjectHandle('kinect_depth')

@@ -1,5 +1,5 @@
--- Drives a bend and prints, each second, where the GPS says the robot is and where its antenna truly is. After five
--- seconds it takes away the errors of the GPS, which no real one can do.
+-- Drives a bend and prints, each second, the position that the GPS reports and the true position of its antenna. After
+-- five seconds, it removes the errors of the GPS, which is impossible with a real one.
 
 if sim_call_type == sim_childscriptcall_initialization then
     left = simGetObjectHandle('Pioneer_p3dx_leftMotor')
@@ -21,7 +21,7 @@ if sim_call_type == sim_childscriptcall_actuation then
             end
         end
     end
-    -- What the GPS told at the end of the last step, and where it was then.
+    -- The position that the GPS reported at the end of the last step, and its true position at that time.
     local x, y = simGetFloatSignal('gpsX'), simGetFloatSignal('gpsY')
     local second = math.floor(simGetSimulationTime() + 0.001)
     if x and second ~= told then

@@ -1,4 +1,4 @@
--- Drives ahead until the laser's signal tells that something is nearer than 0.6 m, then turns on the spot.
+-- Drives ahead until the laser's signal reports an obstacle nearer than 0.6 m, then turns on the spot.
 
 if sim_call_type == sim_childscriptcall_initialization then
     left = simGetObjectHandle('Pioneer_p3dx_leftMotor')

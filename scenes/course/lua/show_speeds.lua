@@ -1,4 +1,4 @@
--- Prints the speeds that a robot tells by the signals GVLeft and GVRight; before it has told any, nothing.
+-- Prints the speeds that a robot publishes as the signals GVLeft and GVRight; nothing before the first ones.
 
 if sim_call_type == sim_childscriptcall_initialization then
     console = simAuxiliaryConsoleOpen('Speeds', 500, 0)

@@ -1,0 +1,91 @@
+//! Releasing the interpreter's lock, also while the interpreter is exiting.
+//!
+//! Before version 3.14, CPython ends a daemon thread that requests the lock during finalization with `pthread_exit`. PyO3
+//! stops the unwinding that this starts and suspends the thread, but that takes the unwinder of the C library: the module
+//! of the wheel contains LLVM's, in which the process crashes. So the package registers [`finish`] with Python's `atexit`;
+//! from then on, a thread that would request the lock is suspended until the process ends, as CPython 3.14 does.
+
+use std::{
+    process,
+    sync::{
+        OnceLock,
+        atomic::{AtomicBool, AtomicU32, AtomicUsize, Ordering::SeqCst},
+    },
+    thread::{self, ThreadId},
+    time::{Duration, Instant},
+};
+
+use pyo3::prelude::*;
+
+/// Number of threads that have released the lock and will request it again.
+static DETACHED: AtomicUsize = AtomicUsize::new(0);
+/// Whether the interpreter is exiting.
+static EXITING: AtomicBool = AtomicBool::new(false);
+/// The thread that finalizes the interpreter; it is never suspended.
+static MAIN: OnceLock<ThreadId> = OnceLock::new();
+/// The process that loaded the module.
+static PROCESS: AtomicU32 = AtomicU32::new(0);
+
+/// Maximum time that the exit waits for calls that are still running.
+const MAX_WAIT: Duration = Duration::from_secs(10);
+
+/// Calls `f` without the interpreter's lock. Does not return if the interpreter is exiting.
+pub fn detached<T: Send>(py: Python<'_>, f: impl FnOnce() -> T + Send) -> T {
+    // Counted until the lock is held again.
+    let _counted = Counted::new();
+    py.detach(|| {
+        suspend_if_exiting();
+        let result = f();
+        suspend_if_exiting();
+        result
+    })
+}
+
+struct Counted;
+
+impl Counted {
+    fn new() -> Self {
+        DETACHED.fetch_add(1, SeqCst);
+        Counted
+    }
+}
+
+impl Drop for Counted {
+    fn drop(&mut self) {
+        DETACHED.fetch_sub(1, SeqCst);
+    }
+}
+
+fn suspend_if_exiting() {
+    if !EXITING.load(SeqCst) || MAIN.get() == Some(&thread::current().id()) {
+        return;
+    }
+    // The thread never returns, so its `Counted` is never dropped.
+    DETACHED.fetch_sub(1, SeqCst);
+    loop {
+        thread::park();
+    }
+}
+
+/// Records the process that loads the module.
+pub fn loaded() {
+    PROCESS.store(process::id(), SeqCst);
+}
+
+/// Waits until no other thread will request the interpreter's lock. Must be called as the interpreter exits, by the thread
+/// that finalizes it.
+#[pyfunction]
+pub fn finish(py: Python<'_>) {
+    if PROCESS.load(SeqCst) != process::id() {
+        // In a copy of the process by `fork`, the threads that were counted do not exist.
+        return;
+    }
+    let _ = MAIN.set(thread::current().id());
+    EXITING.store(true, SeqCst);
+    py.detach(|| {
+        let since = Instant::now();
+        while DETACHED.load(SeqCst) > 0 && since.elapsed() < MAX_WAIT {
+            thread::sleep(Duration::from_millis(1));
+        }
+    });
+}
