@@ -1,4 +1,4 @@
-"""The arena of `peers/scenes.py` as a scene of Tatu.
+"""Writes the arena of `peers/scenes.py` as a Tatu scene.
 
     python arena.py --robots 100 --out DIR      writes arena.toml, robot.toml and robot.lua into DIR
 """
@@ -18,14 +18,14 @@ def numbers(values):
 
 
 def quaternion(turn):
-    """x y z w of a rotation matrix given by rows; turns of less than half a circle."""
+    """Returns the quaternion x y z w of a rotation matrix given by rows; rotations of less than 180 degrees only."""
     m = turn
     w = math.sqrt(max(0.0, 1 + m[0][0] + m[1][1] + m[2][2])) / 2
     return [(m[2][1] - m[1][2]) / (4 * w), (m[0][2] - m[2][0]) / (4 * w), (m[1][0] - m[0][1]) / (4 * w), w]
 
 
 def ray_frame(angle):
-    """Orientation whose z looks along `angle` in the plane, and whose x points up."""
+    """Returns the orientation whose z points along `angle` in the plane, and whose x points up."""
     z = (math.cos(angle), math.sin(angle), 0.0)
     x = (0.0, 0.0, 1.0)
     y = (z[1] * x[2] - z[2] * x[1], z[2] * x[0] - z[0] * x[2], z[0] * x[1] - z[1] * x[0])
@@ -33,7 +33,7 @@ def ray_frame(angle):
 
 
 def chassis():
-    """Mass, centre of mass and inertia (rows) of the box and the castor ball that is fixed to it."""
+    """Returns mass, centre of mass and inertia (rows) of the box with the castor ball that is fixed to it."""
     rb = scenes.ROBOT
     h = rb["chassis_half"]
     m_box, m_ball, at = rb["chassis_mass"], rb["castor_mass"], rb["castor"]
@@ -85,7 +85,7 @@ def robot():
 
 def script():
     c = scenes.CONTROL
-    return """-- Of the form that the courses of 2015 teach: turns away from what is near: wheel = v0 + gain * sum of weight * nearness.
+    return """-- In the style of courses of 2015: avoids obstacles by wheel = v0 + gain * sum of weight * nearness.
 if sim_call_type == sim_childscriptcall_initialization then
     v0, gain, near, far = %r, %r, %r, %r
     left_weight = {%s}
@@ -133,7 +133,7 @@ def arena(n, physics_dt):
 
 
 def write(folder, n, physics_dt=0.01):
-    """Writes the scene; its path."""
+    """Writes the scene, and returns its path."""
     os.makedirs(folder, exist_ok=True)
     for name, text in (("robot.toml", robot()), ("robot.lua", script()), ("arena.toml", arena(n, physics_dt))):
         with open(os.path.join(folder, name), "w") as f:

@@ -1,4 +1,4 @@
-"""Rows of depth images: our own (`bench/beams`) beside Embree's packets and MuJoCo on software OpenGL."""
+"""Rows of depth images: Tatu (`bench/beams`) compared with Embree's packets and MuJoCo on software OpenGL."""
 import json
 import statistics
 import subprocess
@@ -9,7 +9,7 @@ from sensors import agree, frames_on_two_threads, ours
 
 
 def mujoco(mesh, seconds):
-    """The better of EGL and OSMesa, both drawn by Mesa's software; or why there is neither."""
+    """Returns the faster of EGL and OSMesa, both with Mesa's software renderer, or why neither is available."""
     found, whys = [], []
     for method in ("egl", "osmesa"):
         command = [sys.executable, "mujoco_sensors.py", "--bench", "depth", "--method", method, "--seconds", str(seconds)]
@@ -51,6 +51,6 @@ def depth(embree, passes, with_mujoco, seconds, mesh):
 
 
 def threads(passes, seconds):
-    """The image with the mesh, one thread against two."""
+    """The image with the mesh, two threads compared with one."""
     gain = statistics.median(frames_on_two_threads("depth", seconds, "--mesh") for _ in range(passes))
     row("depth image with a mesh, two threads", gain, None, "1.8", "x")

@@ -1,4 +1,4 @@
-"""What all rows share: processor time of a command, and the line that is printed."""
+"""Functions shared by all rows: processor time of a command, and the printed line."""
 import importlib.util
 import json
 import os
@@ -15,7 +15,7 @@ PEERS = os.path.join(HERE, "peers")
 
 
 def cpu_of(command, **more):
-    """Processor time of a command, s, its output, and its greatest memory, MB."""
+    """Returns processor time of a command, s, its output, its peak memory, MB, and its wall time, s."""
     before = time.perf_counter()
     p = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True, **more)
     out = p.stdout.read()
@@ -26,16 +26,16 @@ def cpu_of(command, **more):
 
 
 def cores():
-    """The two processors for what is run in turns; one twice where there is but one."""
+    """Returns the two processors for runs in turns; the same one twice if there is only one."""
     mine = sorted(os.sched_getaffinity(0))
     return mine[0], mine[min(1, len(mine) - 1)]
 
 
 def in_turns(commands, turn=0.5):
-    """What runs print that are all under way, one at a time for `turn` seconds while the others are stopped.
+    """Runs commands concurrently in turns of `turn` seconds, while all others are stopped; returns their output.
 
-    Each is a command and the processors that it may use. What else the machine does meets all of them alike, and a median
-    step or frame knows nothing of the stops.
+    Each item is a command and the processors that it may use. Other load on the machine affects all of them equally,
+    and the stops do not affect a median step or frame.
     """
     runs = []
     with tempfile.TemporaryDirectory() as folder:
@@ -70,10 +70,11 @@ def in_turns(commands, turn=0.5):
 
 
 def two_threads(command, median, turn=0.5):
-    """How many times as fast two threads are as one, and what the runs have printed.
+    """Returns the speedup of two threads over one, and the output of the runs.
 
-    `command` makes a command for a number of threads, `median` finds the median step in what it prints. One thread is timed
-    on each of the two processors, since on a shared machine one may be a fifth slower than the other; their mean speed counts.
+    `command` returns the command for a number of threads, `median` extracts the median step from its output. One thread
+    is timed on each of the two processors, since on a shared machine one may be a fifth slower than the other; the
+    reference is their mean speed.
     """
     a, b = cores()
     runs = in_turns([(command(1), {a}), (command(1), {b}), (command(2), {a, b})], turn)

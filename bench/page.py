@@ -1,12 +1,13 @@
 #!/usr/bin/env python3
-"""The page in Chromium, drawn by the processor: how long it loads, pictures a second in large scenes, the size of a film.
+"""The page in Chromium with software rendering: loading time, frame rate in large scenes, and the size of a film.
 
     python bench/page.py target/release/tatu
 
-*loads*: from the request of the page to its first picture of the scene, the median of five, in a browser that runs, with an empty cache. *pictures*:
-what the page draws while the simulation runs at real time, 1366 x 768 pixels, seen as a whole; the camera turns, so that
-no picture is like the last one. 200 robots are twenty rows of ten Pioneers; the mesh has 100,000 triangles and turns.
-Needs Chromium, and the packages websocket-client, pillow and numpy."""
+*loads*: time from the request of the page to its first frame of the scene, the median of five, in a running browser
+with an empty cache. *pictures*: frame rate of the page while the simulation runs in real time, at 1366 x 768 pixels,
+with the whole scene in view; the camera turns, so that every frame differs. The scene of 200 robots has twenty rows of
+ten Pioneers; the mesh has 100,000 triangles and turns. Requires Chromium, and the packages websocket-client, pillow and
+numpy."""
 
 import math
 import os
@@ -25,7 +26,7 @@ FIRST = os.path.join(HERE, "../scenes/first/pioneer_avoids_walls.toml")
 LUA = os.path.join(HERE, "../scenes/first/avoid_walls.lua")
 FLOOR = 'format = 1\n[[object]]\nkind = "shape"\nalias = "floor"\nprimitive = "plane"\nrespondable = true\n'
 SECONDS = 10
-# Resolves with the first picture of the scene: the camera has been moved to it, and it was drawn.
+# Resolves at the first frame of the scene, that is, after the camera was moved to it.
 LOADED = """(async () => { for (;;) { try { const [v, s] = await Promise.all([import('tatu/view'), import('tatu/store')]);
   if (s.scene.objects.size && v.camera.position.x !== 3 && v.drawn > 1) return performance.now(); } catch {}
   await new Promise((f) => setTimeout(f, 5)); } })()"""
@@ -83,7 +84,7 @@ def loads(program):
         times = []
         for _ in range(5):
             page = Page("about:blank")
-            # A browser that has just been started is busy with itself.
+            # A browser that has just started is still busy with its own initialization.
             time.sleep(3)
             page.send("Page.navigate", url=served.url)
             times.append(page.value(LOADED) / 1000)

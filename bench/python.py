@@ -1,12 +1,12 @@
 #!/usr/bin/env python3
-"""How fast the Python package is, as ratios in one run: a step beside the same step in Rust, and a batch of 64 Pioneers
-with 16 sonars beside MuJoCo's batches and Gymnasium's processes.
+"""Speed of the Python package, as ratios in one run: a step compared with the same step in Rust, and a batch of 64
+Pioneers with 16 sonars compared with MuJoCo's batches and Gymnasium's processes.
 
     python bench/python.py [--worlds 64] [--seconds 20]
 
-Needs numpy; with gymnasium, mujoco==3.14.0 and mjbatch==0.1.4 it compares with them. All simulate the same time: one step
-of 50 ms of Tatu beside five of 10 ms. Every row is the best of three, because other programs only make it slower; the
-batch is measured again beside each peer, because the speed of a shared machine changes within minutes.
+Requires numpy; the peers require gymnasium, mujoco==3.14.0 and mjbatch==0.1.4. All simulate the same time: one step of
+50 ms in Tatu, five of 10 ms in the peers. Every row is the best of three, because other programs only make it slower;
+the batch is measured again with each peer, because the speed of a shared machine changes within minutes.
 """
 
 import argparse
@@ -43,7 +43,7 @@ MODEL = """
 
 
 def model(sonars):
-    """A robot with two wheels and a ring of sonars, between boxes."""
+    """Returns the MuJoCo model of a robot with two wheels and a ring of sonars, between boxes."""
     places = [(2, 0), (-2, 0), (0, 2), (0, -2), (1.5, 1.5), (-1.5, 1.5), (1.5, -1.5)]
     walls = "".join(f'<geom type="box" size="0.2 0.2 0.3" pos="{x} {y} 0.3"/>' for x, y in places)
     angles = np.linspace(0, 2 * np.pi, sonars, endpoint=False)
@@ -56,7 +56,7 @@ def model(sonars):
 
 
 def best(run, times=3):
-    """The shortest of several durations, s."""
+    """Returns the shortest of several durations of `run`, s."""
     found = []
     for _ in range(times):
         begin = time.perf_counter()
@@ -66,7 +66,7 @@ def best(run, times=3):
 
 
 def steps(count):
-    """Seconds of one step: in the program, one by one from Python, and all by one call."""
+    """Durations of one step, s: in the program, one by one from Python, in one call, and the overhead of a call."""
     out = subprocess.run(
         [sys.executable, "-m", "tatu_sim", "run", SCENE, "--steps", str(count), "--json"], capture_output=True, check=True
     )
@@ -92,7 +92,7 @@ def steps(count):
 
 
 def batch(worlds, count, threads=None):
-    """Steps of 50 ms in each of many worlds, per second."""
+    """Returns steps of 50 ms per second, summed over all worlds."""
     sonars = [(f"Pioneer_p3dx_ultrasonicSensor{i}", "proximity.distance") for i in range(1, 17)]
     motors = [(f"Pioneer_p3dx_{side}Motor", "joint.target_velocity") for side in ("left", "right")]
     with tatu_sim.Batch(SCENE, worlds, observe=sonars, act=motors, threads=threads, quiet=True) as many:
@@ -122,7 +122,7 @@ def mjbatch_rate(worlds, count, sonars):
 
 
 class Robot:
-    """Made in each process; a call of `step` does a number of steps of 10 ms."""
+    """An environment that is created in each process; a call of `step` runs a number of steps of 10 ms."""
 
     def __new__(cls, steps):
         import gymnasium
@@ -149,7 +149,7 @@ class Robot:
 
 
 def async_rate(worlds, count, calls):
-    """50 ms in each of many worlds, per second, in one call or in five."""
+    """Returns steps of 50 ms per second, summed over all worlds, with one call or five per step."""
     from gymnasium.vector import AsyncVectorEnv
 
     many = AsyncVectorEnv([functools.partial(Robot, 5 // calls)] * worlds)

@@ -1,10 +1,10 @@
-"""The project and its peers in one pass: each row is measured in turns, and the ratio of the medians is printed.
+"""Tatu and its peers in one pass: the programs of each row are measured in turns, and the ratio of medians is printed.
 
     python bench/run.py [--quick] [--rows arena100,arena1000,...]
 
-Needs release builds (`cargo build --release`, and `-p bench-beams` for `lidar` and `sonars`); the peers need Python
-packages: `pip install -r bench/peers/requirements.txt`. Without them only the project's own figures are printed. Compare
-ratios, not times of two machines, and let nothing else run meanwhile.
+Requires release builds (`cargo build --release`, and `-p bench-beams` for `lidar` and `sonars`); the peers require
+Python packages: `pip install -r bench/peers/requirements.txt`. Without them, only Tatu's own figures are printed.
+Compare ratios, not times of two machines, and run nothing else at the same time.
 """
 import argparse
 import json
@@ -25,11 +25,11 @@ from measure import PEERS, RELEASE, ROOT, cores, cpu_of, has_mujoco, in_turns, r
 
 TATU = os.path.join(RELEASE, "tatu")
 
-# The project's best step for the arena: one search for collisions in 50 ms, velocities solved in 5 parts. Its paths
-# agree with those of a 1 ms run within the 1 % that `motion` prints; with 4 parts they do not.
+# Tatu's best step for the arena: one collision search per 50 ms, velocities solved in 5 substeps. Its paths agree with
+# those of a 1 ms run within the 1 % that `motion` prints; with 4 substeps they do not.
 PHYSICS = ["--set", "scene.physics_dt_s=0.05", "--set", "scene.physics_substeps=5"]
 
-# The default of both programs: 5 ms, in 4 parts here.
+# The default of both programs: 5 ms, in Tatu with 4 substeps.
 USUAL = ["--set", "scene.physics_dt_s=0.005", "--set", "scene.physics_substeps=4"]
 
 
@@ -46,7 +46,7 @@ def tatu(scene, steps, *more):
 
 
 class Scenes:
-    """Scenes of the arena, written when first asked for."""
+    """Scenes of the arena, written on first use."""
 
     def __init__(self, folder):
         self.folder = folder
@@ -57,12 +57,13 @@ class Scenes:
         return path if os.path.exists(path) else arena.write(folder, robots)
 
 
-# Steps in which scripts are made and begin; loading too, as whoever writes a peer's scene does before the clock starts.
+# Initial steps in which scripts are created and started; excluded together with loading, because the peers, too, build
+# their scenes before the clock starts.
 BEGIN = 5
 
 
 def rate(scene, robots, steps, physics):
-    """Robot-steps a processor second, without what loading and the scripts' begin take."""
+    """Returns robot-steps per second of processor time, excluding loading and the start of scripts."""
     run, load = tatu(scene, BEGIN + steps, *physics), tatu(scene, BEGIN, *physics)
     return robots * steps / max(run["cpu"] - load["cpu"], 1e-9)
 
@@ -88,8 +89,8 @@ def median_step(run):
 
 
 def growth(scenes, passes):
-    """The median step of 1000 robots against that of 10, in turns on one processor, then on another; the steps of both
-    take about as long in all."""
+    """The median step of 1000 robots compared with that of 10, in turns on one processor, then on another; both runs
+    have about the same duration."""
     pairs = []
     for core in cores() * passes:
         few, many = in_turns([(command(scenes(n), steps, *PHYSICS), {core}) for n, steps in ((10, 30000), (1000, 200))])
@@ -98,7 +99,7 @@ def growth(scenes, passes):
 
 
 def threads(scenes, passes):
-    """The median step on one thread against that on two, in turns."""
+    """The median step on one thread compared with that on two, in turns."""
     pairs, hashes = [], set()
     for _ in range(passes):
         gain, runs = two_threads(lambda n: command(scenes(1000), 200, *PHYSICS, "--threads", str(n)), median_step)
@@ -128,7 +129,7 @@ end
 
 
 def call(folder, passes, peer):
-    """A call that reads a joint, hook armed, less the empty loop."""
+    """A call that reads a joint, with the instruction hook armed, minus the empty loop."""
     costs, theirs = [], []
     for _ in range(passes):
         walls = []
@@ -186,7 +187,7 @@ explicit = true
 
 
 def boxes(n, seed=5):
-    """Boxes around the origin, as a scene."""
+    """Returns a scene of boxes around the origin."""
     draw, text = random.Random(seed), ["format = 1\n[scene]\ndt_s = 0.05\nscript_budget = 100000000000\n"]
     for i in range(n):
         away, around = draw.uniform(1.5, 12.0), draw.uniform(-math.pi, math.pi)
@@ -198,7 +199,7 @@ def boxes(n, seed=5):
 
 
 def scan_call(folder, passes):
-    """685 steps of joint and ray in one call of a script, among 100 boxes, hook armed; all but loading the scene."""
+    """685 joint positions and rays in one call of a script, among 100 boxes, with the hook armed, excluding loading."""
     path, found = os.path.join(folder, "scan_call.toml"), []
     for _ in range(passes):
         walls = []
@@ -206,7 +207,7 @@ def scan_call(folder, passes):
             with open(path, "w") as f:
                 f.write(boxes(100) + SCAN_SCENE % (STEPS - 1, SCANS, STEPS - 1, body))
             walls.append(tatu(path, 1)["wall"])
-        # The empty loop belongs to the scan; what it takes is printed beside it.
+        # The empty loop is part of the scan; its duration is also printed separately.
         found.append((walls[0] / SCANS * 1e3, walls[1] / SCANS * 1e3))
     scan, empty = (statistics.median(x) for x in zip(*found))
     row("685 steps of joint and ray, a call", scan, None, "1 ms", "ms")
@@ -225,7 +226,7 @@ def startup(scenes, passes, peer):
 
 
 def paths(trace, robots):
-    """Length of each robot's path in a trace."""
+    """Returns the length of each robot's path in a trace."""
     length, last = [0.0] * robots, None
     for line in open(trace):
         objects = json.loads(line)["objects"]
@@ -238,7 +239,7 @@ def paths(trace, robots):
 
 
 def motion(scenes, folder):
-    """How far paths of 2 s (before robots meet and all differences grow) are from those of a 1 ms run."""
+    """Deviation of paths of 2 s (before robots meet and differences grow) from those of a 1 ms run."""
     robots, watch = 100, []
     for i in range(robots):
         watch += ["--watch", "/r%d/robot" % i]

@@ -1,4 +1,4 @@
-"""Rows of the beams alone: a laser scanner and sonars, beside MuJoCo's rays and Embree's packets."""
+"""Rows of the beams alone: a laser scanner and sonars, compared with MuJoCo's rays and Embree's packets."""
 import json
 import os
 import shutil
@@ -22,24 +22,24 @@ def ours(*words):
 
 
 def frames_on_two_threads(bench, seconds, *more):
-    """How many times as fast two threads are as one."""
+    """Returns the speedup of two threads over one."""
     words = [program(), bench, "--seconds", str(3 * seconds), *more, "--threads"]
     return two_threads(lambda n: [*words, str(n)], lambda run: run["median_s"], 0.1)[0]
 
 
 def peer(*words):
-    """The last line that a peer's script prints."""
+    """Returns the last line printed by a peer's script."""
     return json.loads(cpu_of([sys.executable, *words], cwd=PEERS)[1].splitlines()[-1])
 
 
 class Embree:
-    """The packets' program, built when first asked for; nothing where it cannot be built, and why is printed."""
+    """The program of Embree's packets, built on first use; if the build fails, prints why and has no results."""
 
     def __init__(self, folder):
         self.folder, self.built = folder, None
 
     def run(self, bench, seconds, mesh=False):
-        """Its best packet width."""
+        """Returns the result with the best packet width, or `None` if the program cannot be built."""
         if self.built is None:
             self.built = self.build()
         if not self.built:
@@ -65,7 +65,7 @@ class Embree:
 
 
 def agree(name, key, results):
-    """That all have seen the same: the greatest difference from the first, in percent."""
+    """Prints whether all results agree: the maximum deviation from the first, in percent."""
     first = results[0][key]
     worst = max(abs(one[key] - first) / first for one in results)
     print("    %s: %s, %.3f %% apart (at most 0.1 %%)" % (name, ", ".join("%.5g" % r[key] for r in results), 100 * worst))
@@ -92,7 +92,7 @@ def lidar(embree, passes, with_mujoco, seconds):
 
 
 def sonars(passes, with_mujoco, seconds):
-    """1000 robots with 16 cones each, against 16 rays each of MuJoCo; targets are moved in each step."""
+    """1000 robots with 16 cones each, compared with 16 rays each in MuJoCo; targets are moved in each step."""
     mine, theirs = [], []
     for _ in range(passes):
         mine.append(ours("sonars", "--seconds", str(seconds))["robot_steps_per_cpu_s"])

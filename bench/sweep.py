@@ -1,13 +1,12 @@
-"""What a sweep costs beyond its runs: jobs over Ray, with two workers of one CPU each, beside the same jobs run by one
-plain process a core.
+"""Overhead of a sweep: jobs over Ray, with two workers of one CPU each, compared with the same jobs in one plain
+process per core.
 
     python bench/sweep.py                  # 10,000 jobs of 1 s of simulation
     python bench/sweep.py --quick          # 1,000 jobs
 
-Needs `tatu_sim` and `ray`. Everything runs in namespaces of its own, without a network (python/tests/ray_cluster.py).
-The two are under way together and run in turns of half a second, while the other is stopped, so that what else the
-machine does meets both. Times include opening the scene and Ray's start of its workers, but neither the start of the
-cluster nor imports.
+Requires `tatu_sim` and `ray`. Everything runs in separate namespaces, without a network (python/tests/ray_cluster.py).
+The two sides run in turns of half a second, while the other is stopped, so that other load on the machine affects both.
+Times include opening the scene and Ray's start of its workers, but neither the start of the cluster nor imports.
 """
 
 import argparse
@@ -27,9 +26,9 @@ from ray_cluster import ADDRESS, JOIN, Cluster, NotAllowed, run_in_namespaces  #
 
 WORKERS = 2
 TURN = 0.5  # s
-# The first word of the line in which a program tells its result.
+# The first word of the line in which a program reports its result.
 ANSWER = "answer"
-#: A number that each scene has.
+#: A metric that exists in every scene.
 METRICS = {"gravity": {"object": "", "field": "scene.gravity", "index": 2}}
 
 
@@ -40,7 +39,7 @@ def jobs(args):
 
 
 def native(args):
-    """The scene, without what `tatu_sim.sweep` puts around it."""
+    """Returns the native sweep of the scene, without the wrapper `tatu_sim.sweep`."""
     from tatu_sim import _native
     from tatu_sim._world import setup
 
@@ -49,13 +48,13 @@ def native(args):
 
 
 def ready():
-    """Waits for the start."""
+    """Reports readiness, and waits for the start."""
     print("ready", flush=True)
     sys.stdin.readline()
 
 
 def plain(args):
-    """One process of the comparison: every second job, one after the other, and nothing else."""
+    """One process of the comparison: runs its share of the jobs, one after the other."""
     from tatu_sim._sweep import job_json
 
     texts = [job_json(job) for job in jobs(args)[args.plain :: WORKERS]]
@@ -75,7 +74,7 @@ def over_ray(args):
 
     all_jobs = jobs(args)
     executor = tatu_sim.ray_executor(ADDRESS, **JOIN)
-    tatu_sim.sweep  # Imports what it needs.
+    tatu_sim.sweep  # Triggers its lazy imports.
     ready()
     begin = time.process_time()
     rows = tatu_sim.sweep(all_jobs, args.scene, executor=executor, check=args.check, output=args.output)
@@ -86,11 +85,11 @@ def over_ray(args):
 
 
 class Side:
-    """Programs that run together, and how long they have been let run, s."""
+    """Programs that run at the same time, and the time for which they were not stopped, s."""
 
     def __init__(self, argv, *kinds):
         def start(kind):
-            # Programs that fail say so on the standard error output.
+            # Programs report failures on the standard error output.
             command = [sys.executable, __file__, *argv, kind]
             return subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
 
@@ -108,12 +107,12 @@ class Side:
         begin = time.monotonic()
         waiting = {p.stdout: p for p in self.programs[len(self.answers) :]}
         while len(self.answers) < len(self.programs) and time.monotonic() < begin + seconds:
-            # In order, as the time is over only when all have ended.
+            # The order is irrelevant, because the measurement ends only when all have finished.
             stdout = next(iter(waiting))
             if select.select([stdout], [], [], max(0.0, begin + seconds - time.monotonic()))[0]:
                 line = stdout.readline()
                 assert line, "a program failed"
-                # Ray writes lines of its own.
+                # Ray prints additional lines.
                 if line.startswith(ANSWER):
                     self.answers.append(line.split()[1:])
                     waiting.pop(stdout)
@@ -151,7 +150,7 @@ def in_turns(args, argv):
             if not side.done:
                 signal_all(signal.SIGCONT, pids())
                 side.let_run(TURN)
-                # What was started meanwhile is stopped as well.
+                # The second pass also stops processes that were started during the first.
                 for _ in range(2):
                     signal_all(signal.SIGSTOP, pids())
     cpu = cluster.cpu_seconds() - before
@@ -165,7 +164,7 @@ def in_turns(args, argv):
 
 
 def parts(args):
-    """Prints where the time of a job goes, in one process."""
+    """Prints a breakdown of the time of a job, in one process."""
     from tatu_sim._sweep import Job, job_json
 
     begin = time.perf_counter()

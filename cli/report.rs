@@ -98,8 +98,8 @@ pub fn note(text: &str) {
     crate::report::err!("note: {text}");
 }
 
-/// Creates a progress bar that counts `unit`s. It is shown only if `wanted`, on a terminal, and if the work lasts longer
-/// than a moment.
+/// Creates a progress bar that counts `unit`s. It is shown only if `wanted`, on a terminal, and if the work lasts
+/// longer than a moment.
 pub fn progress(length: u64, unit: &str, wanted: bool) -> ProgressBar {
     if !wanted || !std::io::stderr().is_terminal() {
         return ProgressBar::hidden();

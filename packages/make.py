@@ -60,8 +60,8 @@ def time_of_files():
         command = ["git", "-C", str(ROOT), "log", "-1", "--format=%ct"]
         given = subprocess.run(command, capture_output=True, text=True, check=False).stdout.strip()
     if not given.isdigit():
-        raise SystemExit(f"the time for the files is unknown: `{given}`\n  expected: SOURCE_DATE_EPOCH in seconds since "
-                         "1970, or a git commit")
+        raise SystemExit(f"the time for the files is unknown: `{given}`\n  expected: SOURCE_DATE_EPOCH in seconds "
+                         "since 1970, or a git commit")
     return int(given)
 
 
@@ -109,7 +109,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("what", nargs="?", default="tarball", choices=["tarball", "deb", "docker", "all", "notices"])
     parser.add_argument("--target", type=Path, help="cargo's target folder; default: CARGO_TARGET_DIR, or target")
-    parser.add_argument("--built", type=Path, help="a folder with the program and its plugins; the latter may be in its folder deps")
+    parser.add_argument("--built", type=Path, help="a folder with the program and its plugins; these may be in its folder deps")
     parser.add_argument("--out", type=Path, default=ROOT / "target" / "packages", help="default: target/packages")
     parser.add_argument("--docker", default="docker", help="the command that builds images; default: docker")
     parser.add_argument("--maintainer", default=MAINTAINER, help="maintainer of the Debian package: NAME <ADDRESS>")

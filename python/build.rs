@@ -2,8 +2,8 @@
 //! commands for type checkers. Does nothing unless maturin builds a wheel.
 //!
 //! A build script has no access to the plugin libraries of the same build. So it runs a separate cargo process with a
-//! separate target folder to build them. If `TATU_WHEEL_PLUGINS` is the path of a folder with a program and its plugins,
-//! these are copied instead; they may have been built for an older system.
+//! separate target folder to build them. If `TATU_WHEEL_PLUGINS` is the path of a folder with a program and its
+//! plugins, these are copied instead; they may have been built for an older system.
 
 use std::{
     env, fs, io,

@@ -22,7 +22,7 @@ AT_ONCE = 2
 
 
 def zig(folder):
-    """Creates scripts that run clang's C and C++ compilers; returns their paths, or None if ziglang cannot be installed."""
+    """Creates scripts that run clang's C and C++ compilers; returns their paths, or None without ziglang."""
     venv.create(folder, with_pip=True)
     python = folder / "bin/python"
     if subprocess.run([python, "-m", "pip", "install", "--quiet", "ziglang"], capture_output=True).returncode:

@@ -31,7 +31,7 @@ def measured(program, folder):
 
 
 def runs(program, folder):
-    """Checks that the demo runs for an hour without an error, and that positions stay finite and close to the origin."""
+    """Checks that the demo runs for an hour without an error, and that positions stay finite and near the origin."""
     demo = folder / "demo.toml"
     if not demo.exists():
         return []

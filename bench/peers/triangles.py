@@ -1,4 +1,4 @@
-"""The room of `scenes.py` as raw 32-bit floats, nine a triangle: what `embree_limit.cpp` reads.
+"""Writes the room of `scenes.py` as raw 32-bit floats, nine per triangle, the input of `embree_limit.cpp`.
 
     python triangles.py [--mesh] OUT
 """
@@ -15,7 +15,7 @@ FACES = [(0, 1, 3), (0, 3, 2), (4, 6, 7), (4, 7, 5), (0, 4, 5), (0, 5, 1), (2, 3
 
 
 def triangles(with_mesh):
-    """12 triangles a box, 2 for the floor, 100,000 for the mesh."""
+    """12 triangles per box, 2 for the floor, 100,000 for the mesh."""
     room = scenes.room()
     for b in room["boxes"] + room["walls"]:
         cos, sin = math.cos(b[6]), math.sin(b[6])

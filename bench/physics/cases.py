@@ -1,4 +1,4 @@
-"""The cases of the table: a scene, for how long, which bodies are looked at, and the error against a closed form."""
+"""The cases of the table: a scene, its duration, the observed bodies, and the error relative to a closed form."""
 
 import math
 
@@ -104,7 +104,7 @@ def tumbling():
 
 
 def arm():
-    """Seven joints, held level by position control at the second."""
+    """An arm of seven joints, held level by position control."""
     s = Scene(floor=False)
     s.add("base", "box", (.05, .05, .05), 1, (0, 0, 0), fixed=True, collides=False)
     parent, masses = "base", (4, 4, 3, 3, 2, 1.5, 1)

@@ -1,4 +1,4 @@
-"""Runs a scene in Tatu or in MuJoCo: what bodies did, sampled every 50 ms, and what a simulated second cost."""
+"""Runs a scene in Tatu or in MuJoCo: motion of the bodies, sampled every 50 ms, and cost of a simulated second."""
 
 import json
 import math
@@ -16,7 +16,7 @@ SAMPLE = 0.05
 
 
 class Trace:
-    """Places, orientations (x y z w), velocities of centres of mass and angular velocities, world, by body and sample."""
+    """Positions, orientations (x y z w), velocities of centres of mass and angular velocities, in the world frame."""
 
     def __init__(self, names):
         self.t, self.cost = [], math.nan

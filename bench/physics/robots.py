@@ -1,11 +1,11 @@
-"""Robots of public URDF files, held in a pose: microseconds of processor time for a physics step of 5 ms in Tatu and MuJoCo.
+"""Robots of public URDF files, held in a pose: processor time of a physics step of 5 ms, µs, in Tatu and MuJoCo.
 
     pip install mujoco numpy && pip install --no-deps example-robot-data
     python3 bench/physics/robots.py [PROGRAM ...]
 
-Every program, with mechanisms in reduced form and as trees (`auto`), takes turns with MuJoCo, three times; the least
-time of each counts. Joints hold their targets: 0, or the nearest place within their limits; in MuJoCo by a spring (`kp`
-ten times the limit) with as much damping.
+Every program, with mechanisms in reduced form and as trees (`auto`), alternates with MuJoCo, three times; the minimum
+time of each is used. Joints hold their targets: 0, or the nearest position within their limits; in MuJoCo, by a spring
+(`kp` ten times the torque limit, `kv` equal to it).
 """
 
 import re
@@ -20,7 +20,7 @@ import mujoco
 
 DT, SECONDS = 0.005, 24.0
 SOLVERS = ("reduced", "auto")
-# File, whether it floats, height of its root.
+# File, whether the base floats, height of the root, m.
 ROBOTS = {
     "UR5": ("ur_description/urdf/ur5_robot.urdf", False, 0.0),
     "xArm7": ("xarm_description/urdf/xarm7.urdf", False, 0.0),
@@ -36,7 +36,7 @@ def share():
 
 
 def tatu(program, solver, file, floats, height):
-    """Time of a run less that of a shorter one: making the scene does not count."""
+    """Returns the time of a step, µs, from the difference of two runs, which excludes the time to load the scene."""
     scene = f"""format = 1
 [scene]
 joint_solver = "{solver}"
@@ -58,7 +58,7 @@ motors = "position"
         for seconds in (SECONDS / 4, SECONDS):
             run = [program, "run", str(Path(folder, "s.toml")), "--json", "--threads", "1", "--seconds", str(seconds)]
             before = resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime
-            # Meshes are only read below the folder of the run.
+            # Meshes are read only from below the working directory.
             subprocess.run(run, cwd=share(), check=True, capture_output=True)
             spent.append(resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime - before)
     return (spent[1] - spent[0]) / (SECONDS * 3 / 4 / DT) * 1e6
@@ -69,7 +69,7 @@ def of_mujoco(file, floats, height):
     for tag in ("gazebo", "transmission"):
         text = re.sub(rf"<{tag}\b[^>]*/>", "", text)
         text = re.sub(rf"<{tag}\b.*?</{tag}>", "", text, flags=re.S)
-    # Meshes that it cannot read are left out on both sides of the comparison: Tatu skips `.dae` as well.
+    # Meshes that MuJoCo cannot read are omitted on both sides of the comparison: Tatu skips `.dae` as well.
     text = re.sub(r"<(visual|collision)\b(?:(?!</\1>).)*\.dae(?:(?!</\1>).)*</\1>", "", text, flags=re.S)
     text = re.sub(r"<visual\b.*?</visual>", "", text, flags=re.S)
     text = text.replace("package://", f"{share()}/")

@@ -1,11 +1,11 @@
 #!/usr/bin/env python3
-"""Accuracy and cost of Tatu's physics beside MuJoCo's, at three lengths of the physics step, as the table of
+"""Accuracy and cost of Tatu's physics compared with MuJoCo's, at three lengths of the physics step, as the table of
 docs/physics.md.
 
     pip install mujoco numpy
     cargo build --release --workspace
     python3 bench/physics/table.py            prints the table
-    python3 bench/physics/table.py --write    puts it into docs/physics.md
+    python3 bench/physics/table.py --write    writes it into docs/physics.md
 """
 
 import argparse
@@ -39,7 +39,7 @@ def cost(x):
 def safely(run):
     try:
         return run()
-    except Exception as e:  # A peer that blows up is a result.
+    except Exception as e:  # A peer that diverges is a result, too.
         print(f"  {e}", file=sys.stderr)
         return math.nan, math.nan
 

@@ -1,8 +1,8 @@
-"""A call by the real ZeroMQ client: to Tatu, and to a server of canned answers in pyzmq, in turns.
+"""A call by the real ZeroMQ client: to Tatu, and to a pyzmq server with canned answers, alternately.
 
     python bench/remote/calls.py [--program target/release/tatu] [--calls 3000]
 
-Needs the package coppeliasim-zmqremoteapi-client. The figure is the ratio of both; it was 0.85 to 1.01 on two cores.
+Requires the package coppeliasim-zmqremoteapi-client. The result is the ratio of both; it was 0.85 to 1.01 on two cores.
 """
 import argparse
 import os

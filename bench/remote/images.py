@@ -1,13 +1,13 @@
 #!/usr/bin/env python3
-"""Images of 640 x 480 pixels, 30 a second, by each protocol: how many arrive, and what they cost the program.
+"""Images of 640 x 480 pixels, 30 per second, by each protocol: how many arrive, and their cost in the program.
 
     bench/remote/images.py target/release/tatu
 
-A camera in an arena measures 30 times a second in real time, and one client at a time asks for its images: the real
-libraries of the ZeroMQ and the legacy remote API, and a plain WebSocket for rosbridge. The cost is the program's processor
-time with the client beyond that without one, as a part of a core; `socket` is what a process pays that writes the same
-bytes to a plain socket, and `camera` what the camera itself takes. Packages of PyPI are installed into a folder beside the
-program's."""
+A camera in an arena measures 30 times per second in real time, and one client at a time requests its images: the real
+libraries of the ZeroMQ and the legacy remote API, and a plain WebSocket for rosbridge. The cost is the program's
+additional processor time with a client, as a fraction of a core; `socket` is the cost of a process that writes the same
+bytes to a plain socket, and `camera` the cost of the camera itself. PyPI packages are installed into a folder beside
+the program."""
 
 import json, os, re, socket, struct, subprocess, sys, tempfile, time
 
@@ -41,7 +41,7 @@ end
 
 
 def paced(get):
-    """Calls a function at the rate, and returns how many images it gave in how many seconds."""
+    """Calls a function at the rate, and returns the number of images received per second."""
     got, begin = 0, time.monotonic()
     while (now := time.monotonic()) < begin + SECONDS:
         got += get()
@@ -64,7 +64,8 @@ def legacy_remote(port):
     client = v.simxStart("127.0.0.1", port, True, True, 5000, 5)
     eye = v.simxGetObjectHandle(client, "eye", v.simx_opmode_blocking)[1]
     size, image = (ctypes.c_int * 2)(), ctypes.POINTER(ctypes.c_byte)()
-    # The binding makes a list of each image, which takes longer than an image lasts: its library is called without it.
+    # The binding converts each image to a list, which takes longer than the period of an image, so the underlying
+    # library is called directly.
     get = lambda mode: v.c_GetVisionSensorImage(client, eye, size, ctypes.byref(image), 0, mode)
     get(v.simx_opmode_streaming)
     last = [None]
@@ -105,7 +106,7 @@ def rosbridge_cbor(port):
 
 
 def writer(port):
-    """Writes images to whoever connects: the least that anybody can pay."""
+    """Writes images to the first client: a lower bound of the cost."""
     listener = socket.create_server(("127.0.0.1", port))
     print("listening", flush=True)
     s, image, begin, i = listener.accept()[0], bytes(BYTES), time.monotonic(), 0
@@ -129,7 +130,7 @@ def cpu_s(pid):
 
 
 def measure(command, pattern, client):
-    """Images a second, and the part of a core that a program takes while a client runs (or nobody, for as long)."""
+    """Returns images per second, and the fraction of a core that a program uses while a client (or no client) runs."""
     told = tempfile.TemporaryFile("w+")
     process = subprocess.Popen(command, stdout=told, stderr=told)
     try:

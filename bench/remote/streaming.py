@@ -1,10 +1,10 @@
 #!/usr/bin/env python3
-"""How much twenty clients that stream slow a step: the duration of steps with and without them, in turns.
+"""How much twenty streaming clients slow down a step: the duration of steps with and without them, alternately.
 
     bench/remote/streaming.py target/release/tatu
 
-Each client of rosbridge listens to odometry, pose, joints and one sonar, in a run as fast as the clock. Needs nothing but Python.
-On two cores it was 1.2 to 1.4: 0.16 ms for 80 messages beside a step of 0.45 ms."""
+Each rosbridge client subscribes to odometry, pose, joints and one sonar, in a run in real time. Requires only Python.
+On two cores, the ratio was 1.2 to 1.4: 0.16 ms for 80 messages, compared with a step of 0.45 ms."""
 
 import json, re, select, socket, statistics, subprocess, sys, threading
 
@@ -15,7 +15,7 @@ TOPICS = ["/odom", "/pose", "/joint_states", "/Pioneer_p3dx/Pioneer_p3dx_ultraso
 
 
 def frame(text):
-    """A text frame of a client; its mask is 0."""
+    """Returns a WebSocket text frame of a client, with the mask 0."""
     data = text.encode()
     return bytes([0x81, 0x80 | len(data)]) + bytes(4) + data
 
@@ -33,7 +33,7 @@ def client(port):
 
 
 def run(clients):
-    """Median duration of a step in ms, and bytes that came."""
+    """Returns the median duration of a step in ms, and the number of bytes received."""
     args = [TATU, "run", SCENE, "--seconds", str(SECONDS), "--realtime", "--json", "--service", "rosbridge:port=0"]
     process = subprocess.Popen(args, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
     port = None

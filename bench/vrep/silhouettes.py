@@ -1,11 +1,13 @@
-"""How much of what the page shows of a scene is where `tatu look` shows it: the overlap of silhouettes.
+"""Agreement of the page's image of a scene with that of `tatu look`: the overlap of silhouettes.
 
     python bench/vrep/silhouettes.py SCENE... [--program target/release/tatu]
 
-Both look at the shapes of a scene, floors apart, with the same camera. The page draws them white on black. `tatu look` draws the scene twice, 300 m
-above its floor so that no shadow falls into the picture: with the shapes and without them; where the pictures differ, there are shapes. Printed is
-what both share, as a part of what either has. A border of half a pixel belongs to `tatu look` alone, which smooths edges: thin and small things
-overlap less for that. Needs Chromium, and the packages websocket-client, pillow and numpy.
+Both render the shapes of a scene, except floors, with the same camera. The page renders them white on black.
+`tatu look` renders the scene twice, with and without the shapes, 300 m above its floor so that no shadow is in the
+image; the pixels that differ belong to shapes. The printed value is the intersection of both silhouettes divided by
+their union. A border of half a pixel exists only in the image of `tatu look`, which smooths edges, so thin and small
+shapes overlap less.
+Requires Chromium, and the packages websocket-client, pillow and numpy.
 """
 import argparse
 import base64

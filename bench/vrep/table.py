@@ -1,9 +1,10 @@
-"""Scenes of V-REP beside what the original program did with them.
+"""Scenes of V-REP, compared with their behaviour in the original program.
 
     python bench/vrep/table.py FOLDER [--program target/release/tatu] [--seconds 10] [--only NAME] [--write]
 
-FOLDER holds scenes with a NAME.reference.json beside each: poses at load and every half second of a run, masses, modes, errors of
-scripts, measured with the original (its sensors answered nothing). --write puts the table into docs/vrep-scenes.md.
+FOLDER contains scenes with a NAME.reference.json beside each: poses at load and every half second of a run, masses,
+modes and errors of scripts, measured with the original (whose sensors returned nothing). --write writes the table into
+docs/vrep-scenes.md.
 """
 import argparse
 import functools
@@ -21,7 +22,7 @@ BEGIN, END = "<!-- table -->", "<!-- end -->"
 
 
 def mul(a, b):
-    """Of two quaternions x y z w."""
+    """Returns the product of two quaternions x y z w."""
     ax, ay, az, aw = a
     bx, by, bz, bw = b
     return (aw * bx + ax * bw + ay * bz - az * by, aw * by - ax * bz + ay * bw + az * bx,
@@ -39,7 +40,7 @@ def compose(a, b):
 
 
 def euler(e):
-    """About the own x, then y, then z axis, degrees."""
+    """Returns the quaternion of rotations about the body's x, then y, then z axis, degrees."""
     out = (0.0, 0.0, 0.0, 1.0)
     for i, deg in enumerate(e):
         axis = [0.0, 0.0, 0.0]
@@ -49,7 +50,7 @@ def euler(e):
 
 
 def apart(a, b):
-    """Metres and radians between two poses of seven numbers."""
+    """Returns the distance, m, and the angle, rad, between two poses of seven numbers."""
     d = math.dist(a[:3], b[:3])
     na, nb = (math.sqrt(sum(x * x for x in q)) for q in (a[3:], b[3:]))
     dot = abs(sum(x * y for x, y in zip(a[3:], b[3:]))) / (na * nb)
@@ -57,7 +58,7 @@ def apart(a, b):
 
 
 def at_load(scene):
-    """Path, table and world pose of the objects of a scene file without models, in its order."""
+    """Returns tables (with `_path` added) and world poses of the objects of a scene file without models, in order."""
     names, out, count = {}, [], {}
     for o in scene["object"]:
         above = names.get(o.get("parent"))
@@ -90,7 +91,7 @@ def at_load(scene):
 
 
 def paths(reference):
-    """Paths of the objects of a reference."""
+    """Returns the paths of the objects of a reference."""
     out = []
     for o in reference["objects"]:
         above = out[o["parent"]] if o["parent"] >= 0 else ""
@@ -117,7 +118,7 @@ def run(program, scene, seconds, watch, place):
 
 
 def mean_speed(poses, seconds):
-    """Of (time, pose) in order: way of the half seconds together, by time."""
+    """Returns the mean speed from (time, pose) in order: the path over intervals of 0.5 s, divided by the time."""
     way, last = 0.0, None
     for t, p in poses:
         if t > seconds + 1e-6:
@@ -130,7 +131,7 @@ def mean_speed(poses, seconds):
 
 
 def facts(converted, reference):
-    """How the load differs: greatest distance and angle, and what else."""
+    """Returns the differences at load: maximum distance and angle, number of missing objects, other differences."""
     ours = {o["_path"]: (o, w) for o, w in at_load(converted)}
     worst, other, missing = (0.0, 0.0), [], 0
     spherical, overridden = set(), []
@@ -181,7 +182,7 @@ def compare(args, name):
         all_paths = paths(reference)
         watched = [(all_paths[o["i"]], o) for o in (motion or {}).get("objects", []) if o["i"] < len(all_paths)]
         if scene.endswith(".ttm"):
-            # A model stood on a floor in an empty scene.
+            # In the original, a model was placed on a floor in an empty scene.
             with open(os.path.join(place, "m.toml"), "w") as f:
                 f.write('format = 1\n[[object]]\nkind = "shape"\nalias = "addedFloor"\nsize_m = [10.0, 10.0, 0.1]\n'
                         'position_m = [0.0, 0.0, -0.05]\nrespondable = true\n' + open(os.path.join(place, "c.toml")).read().split("\n", 1)[1])
@@ -190,7 +191,7 @@ def compare(args, name):
         watch = [p for p, _ in watched if not p.endswith("/addedFloor")]
         got, err = run(args.program, scene, seconds, sorted(set(watch)), place)
         if got is None and watch:
-            # Some are named otherwise here.
+            # The converted scene names some objects differently.
             known = {p for p in watch if subprocess.run(
                 [args.program, "run", scene, "--steps", "1", "--trace", "x.jsonl", "--watch", p, "--no-addons"],
                 cwd=place, capture_output=True).returncode != 2}
@@ -244,7 +245,7 @@ def main():
 
 
 def told(args, name, r):
-    """The line of a file, printed."""
+    """Prints and returns the line of a file."""
     if "why" in r:
         line = f"| {name} | {r['objects']} | | {r['why']} | | |"
     else:

@@ -1,8 +1,8 @@
-"""Pictures of V-REP scenes with images on their shapes, in one sheet with the names of the files.
+"""Pictures of V-REP scenes with textured shapes, on one sheet with the names of the files.
 
     python bench/vrep/textures.py FOLDER [--program target/release/tatu] [--out docs/images/vrep_textures.png]
 
-FOLDER has the files. Needs the package pillow.
+FOLDER contains the files. Requires the package pillow.
 """
 import argparse
 import os
@@ -13,7 +13,7 @@ from pathlib import Path
 from PIL import Image, ImageDraw
 
 ROOT = Path(__file__).resolve().parents[2]
-#: Each file, and where its floor, walls or parts with images are in sight: from, to.
+#: Each file, and a view (from, to) in which its textured floor, walls or parts are visible.
 VIEWS = {
     "v40700_pioneer_p3dx": None,
     "v40000_GPS-Compass": None,
@@ -48,7 +48,7 @@ def main():
             x, y = at % COLUMNS * WIDTH, at // COLUMNS * (HEIGHT + LINE)
             sheet.paste(Image.open(picture).convert("RGB").resize((WIDTH, HEIGHT), Image.LANCZOS), (x, y + LINE))
             draw.text((x + 4, y + 2), name, fill="black")
-    # Five bits a channel keep the file small.
+    # Five bits per channel keep the file small.
     sheet.point(lambda x: x & 0xF8 | x >> 5).save(args.out, optimize=True)
     print(f"{args.out}: {args.out.stat().st_size // 1024} KiB")
 

@@ -33,7 +33,7 @@ impl Project {
         let text = read_plain_text(&file, MOST_BYTES).map_err(|e| {
             Error::new("E611", format!("{} is not the folder of a plugin: {e}", folder.display()))
                 .expected(format!("a file {SETTINGS}, as `tatu new plugin` writes it"))
-                .help("give the folder: `tatu plugin build FOLDER`; or create one: `tatu new plugin NAME --lang c --kind sensor`")
+                .help("pass its folder (`tatu plugin build FOLDER`), or create one: `tatu new plugin NAME --lang c`")
         })?;
         let place = |line| Place { file: file.clone(), line, ..Place::default() };
         let wrong = |text: String| Error::new("E611", text).at(Some(place(0)));

@@ -106,7 +106,7 @@ def learn(env, seconds: float) -> np.ndarray:
 
 def main() -> None:
     parser = argparse.ArgumentParser(description="A Pioneer learns to avoid walls.")
-    parser.add_argument("--seconds", type=float, default=300.0, help="training time in seconds of real time (default: 300)")
+    parser.add_argument("--seconds", type=float, default=300.0, help="training time, s of real time (default: 300)")
     parser.add_argument("--save", metavar="FILE", help="write the trained weights to a NumPy file")
     args = parser.parse_args()
 

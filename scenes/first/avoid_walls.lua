@@ -26,7 +26,7 @@ function sysCall_actuation()
     for i = 5, 8 do turn_left = turn_left + (9 - i) * nearness(sonars[i]) end
     ahead = math.max(nearness(sonars[4]), nearness(sonars[5]))
     local turn = 0.8 * (turn_right - turn_left)
-    -- With an obstacle ahead, keep turning to one side until the path is clear: otherwise the robot oscillates in a corner.
+    -- With an obstacle ahead, keep turning to one side until the path is clear: otherwise, corners cause oscillation.
     if ahead > 0 then
         side = side or (turn < 0 and -1 or 1)
         turn = side * math.max(1.5, math.abs(turn))

@@ -3,8 +3,8 @@
 licences.py [--metadata FILE] [--lock FILE]
 
 The packages are those of `cargo metadata`, or of a file with its output, and those of the page's package-lock.json.
-Needs no build. The list of licences is packages/licences.toml; it must be that of deny.toml. Crates come from crates.io or
-from this repository. Crates in several versions are listed, but permitted, because their users choose them.
+Needs no build. The list of licences is packages/licences.toml; it must be that of deny.toml. Crates come from crates.io
+or from this repository. Crates in several versions are listed, but permitted, because their users choose them.
 """
 
 import argparse

@@ -61,7 +61,7 @@ def need(*programs):
 
 
 class Platforms:
-    """Prepares the platforms. Each method returns the command that runs the program, and additions to its environment."""
+    """Prepares the platforms. Each method returns the command that runs the program, and its extra environment."""
 
     def __init__(self, target, tarball):
         self.target, self.given, self.native = target, tarball, None

@@ -1,18 +1,18 @@
-//! Wall and processor time of a region; processor time is what counts on a shared machine.
+//! Wall and processor time of a region; on a shared machine, processor time is the meaningful measure.
 
 use std::time::Instant;
 
-/// Sums of time, in seconds.
+/// Accumulated times, in seconds.
 #[derive(Default, Clone, Copy)]
 pub struct Clock {
-    /// Of the world.
+    /// Wall time.
     pub wall: f64,
-    /// Of all threads of this process.
+    /// Processor time of all threads of this process.
     pub cpu: f64,
 }
 
 impl Clock {
-    /// Adds what `work` takes.
+    /// Runs `work`, and adds its times.
     pub fn time<T>(&mut self, work: impl FnOnce() -> T) -> T {
         let (wall, cpu) = (Instant::now(), cpu_now());
         let out = work();
@@ -22,18 +22,18 @@ impl Clock {
     }
 }
 
-/// What a loop took.
+/// Times of a loop.
 pub struct Took {
     pub frames: u64,
-    /// In all.
+    /// Total times of all frames.
     pub clock: Clock,
-    /// Wall time of the median frame, s: what else the machine does in between does not show.
+    /// Median wall time of a frame, s; insensitive to interruptions by other processes.
     pub median: f64,
 }
 
-/// Calls `frame(k)` until it took `seconds` of wall time in all, after one call that does not count.
+/// Calls `frame` until its total wall time reaches `seconds`, after one warm-up call that is not timed.
 ///
-/// `prepare(k)` comes before each frame and is not timed.
+/// `prepare(k)` creates the argument of frame k, and is not timed.
 pub fn loop_for<T>(seconds: f64, mut prepare: impl FnMut(u64) -> T, mut frame: impl FnMut(T)) -> Took {
     frame(prepare(0));
     let (mut clock, mut walls) = (Clock::default(), Vec::new());
@@ -48,7 +48,7 @@ pub fn loop_for<T>(seconds: f64, mut prepare: impl FnMut(u64) -> T, mut frame: i
 
 fn cpu_now() -> f64 {
     let mut t = libc::timespec { tv_sec: 0, tv_nsec: 0 };
-    // SAFETY: `t` is a place for the answer.
+    // SAFETY: `t` is a valid `timespec`, to which the call writes.
     unsafe { libc::clock_gettime(libc::CLOCK_PROCESS_CPUTIME_ID, &mut t) };
     t.tv_sec as f64 + 1e-9 * t.tv_nsec as f64
 }

@@ -10,7 +10,7 @@ use crate::{
     scenes::{room, sensor_pose, torus},
 };
 
-/// `DEPTH`.
+/// The camera's parameters: `DEPTH` in `bench/peers/scenes.py`.
 const COLUMNS: u32 = 640;
 const ROWS: u32 = 480;
 const ANGLE: f64 = 57.0;
@@ -19,7 +19,7 @@ const FAR: f64 = 10.0;
 const HEIGHT: f64 = 0.8;
 const DOWN: f64 = 10.0;
 
-/// The camera in frame k: +z forward, +y up, +x to the left.
+/// Returns the camera's pose in frame k: +z forward, +y up, +x to the left.
 fn camera(k: u64) -> Isometry3<f64> {
     let (x, y, yaw) = sensor_pose(k);
     let down = DOWN.to_radians();
@@ -29,7 +29,7 @@ fn camera(k: u64) -> Isometry3<f64> {
     Isometry3::from_parts(Translation3::new(x, y, HEIGHT), UnitQuaternion::from_rotation_matrix(&turn))
 }
 
-/// Times it.
+/// Times the camera, and returns the result as a JSON object.
 pub fn run(asked: &Asked) -> Value {
     let threads: usize = asked.number("threads", 1);
     let mut targets = room();
@@ -47,7 +47,7 @@ pub fn run(asked: &Asked) -> Value {
     };
     let (light, want) = (Light::default(), if asked.flag("all") { Want::ALL } else { Want::DEPTH });
     let (faces, skip_group, only_object) = (Faces::BOTH, None, None);
-    // As a world has it: this thread is one of them.
+    // As in a world, the calling thread is one of the pool's threads.
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).use_current_thread();
     let pool = pool.build().expect("a pool of threads");
     let mut image = GridImage::default();

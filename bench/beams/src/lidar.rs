@@ -10,11 +10,11 @@ use crate::{
     scenes::{pose, room, sensor_pose, torus},
 };
 
-/// `LIDAR_Z`, `LIDAR_RANGE`.
+/// `LIDAR_Z` and `LIDAR_RANGE` in `bench/peers/scenes.py`, in m.
 const HEIGHT: f64 = 0.3;
 const RANGE: f64 = 30.0;
 
-/// Field of view in degrees: `LIDARS`.
+/// Returns the field of view in degrees: `LIDARS` in `bench/peers/scenes.py`.
 fn field_of_view(beams: usize) -> f64 {
     match beams {
         180 => 180.0,
@@ -23,7 +23,7 @@ fn field_of_view(beams: usize) -> f64 {
     }
 }
 
-/// Times it.
+/// Times the scanner, and returns the result as a JSON object.
 pub fn run(asked: &Asked) -> Value {
     let beams: usize = asked.number("beams", 1080);
     let fov = field_of_view(beams).to_radians();

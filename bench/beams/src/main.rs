@@ -1,4 +1,4 @@
-//! Times the beams of `tatu-core`, one JSON line per result, as the peers' scripts print them.
+//! Times the beams of `tatu-core`, and prints one JSON line per result, in the format of the peers' scripts.
 //!
 //! ```sh
 //! cargo run --release -p bench-beams -- lidar [--beams 1080] [--mesh] [--seconds 3]
@@ -16,11 +16,11 @@ use std::{collections::HashMap, process::ExitCode};
 
 const USAGE: &str = "usage: bench-beams lidar|sonars|depth [--name value] [--mesh]";
 
-/// What was asked for on the command line.
+/// The options of the command line.
 struct Asked(HashMap<String, String>);
 
 impl Asked {
-    /// `--name value` pairs; a name without a value counts as `true`.
+    /// Parses `--name value` pairs; a name without a value has the value `true`.
     fn read(words: impl Iterator<Item = String>) -> Option<Self> {
         let mut found = HashMap::new();
         let mut words = words.peekable();
@@ -32,7 +32,7 @@ impl Asked {
         Some(Self(found))
     }
 
-    /// A number; the default where it was not given.
+    /// Returns the number `--name`, or the default if the option is missing or not a number.
     fn number<T: std::str::FromStr>(&self, name: &str, default: T) -> T {
         self.0.get(name).and_then(|text| text.parse().ok()).unwrap_or(default)
     }

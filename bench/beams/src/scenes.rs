@@ -1,4 +1,4 @@
-//! The rooms of `bench/peers/scenes.py`, number for number: the same generator and the same order of draws.
+//! The rooms of `bench/peers/scenes.py`, value for value: the same random generator and the same order of samples.
 
 use std::{f64::consts::PI, sync::Arc};
 
@@ -8,11 +8,11 @@ use tatu_core::{
     geometry::{Form, Mesh},
 };
 
-/// SplitMix64.
+/// The random generator SplitMix64; the field is its state.
 pub struct Rng(pub u64);
 
 impl Rng {
-    /// A number from `low` to `high`.
+    /// Returns a random value from `low` to `high`.
     pub fn uniform(&mut self, low: f64, high: f64) -> f64 {
         self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
         let mut z = self.0;
@@ -22,12 +22,12 @@ impl Rng {
     }
 }
 
-/// A pose on the floor's plane.
+/// Returns a pose that is rotated about the vertical only.
 pub fn pose(x: f64, y: f64, z: f64, yaw: f64) -> Isometry3<f64> {
     Isometry3::from_parts(Translation3::new(x, y, z), UnitQuaternion::from_axis_angle(&Vector3::z_axis(), yaw))
 }
 
-/// One target of its own group.
+/// Returns a target in a separate group.
 pub fn target(number: usize, pose: Isometry3<f64>, form: Form) -> Target {
     Target {
         object: number as u64 + 1,
@@ -97,7 +97,7 @@ pub fn sensor_pose(k: u64) -> (f64, f64, f64) {
     (0.8 * t.cos(), 0.8 * t.sin(), 0.3 * (0.7 * t).sin())
 }
 
-/// Side of the arena and the number of its cells along a side.
+/// Returns the number of cells along a side of the arena, and the length of a side, m.
 fn arena_side(robots: usize) -> (usize, f64) {
     let cells = ((robots.max(2) - 1).isqrt() + 1).max(5);
     (cells, 2.0 * cells as f64)
@@ -114,7 +114,7 @@ pub fn arena(robots: usize) -> (Vec<(f64, f64, f64)>, Vec<Target>) {
         let y = ((c / cells) as f64 + 0.5) * 2.0 - side / 2.0;
         poses.push((x, y, rng.uniform(-PI, PI)));
     }
-    // Robots have the groups 1..=robots; what stands around has a group of its own each.
+    // Robots have the groups 1..=robots; each static object has a separate group.
     let mut still = Vec::new();
     for i in 1..cells {
         for j in 1..cells {

@@ -44,7 +44,7 @@ pub fn readings(file: &Path) -> Result<(), Error> {
     for s in sensors(&subject) {
         let place = format!("sensor `{}`", s.id);
         let Some(lines) = stage::required(&s.params) else {
-            note(&place, "it is not tried: a required parameter cannot be written in a scene");
+            note(&place, "it is not tested: a required parameter cannot be set in a scene");
             continue;
         };
         let presets = s.presets.iter().map(|p| format!("preset = \"{}\"\n", p.id));
@@ -167,7 +167,7 @@ pub fn actuators(file: &Path) -> Result<(), Error> {
     for a in subject.registry.actuators.iter().filter(|a| a.plugin == subject.plugin) {
         let place = format!("actuator `{}`", a.id);
         let Some(lines) = actuator_lines(a) else {
-            note(&place, "it is not tried: a required parameter cannot be written in a scene");
+            note(&place, "it is not tested: a required parameter cannot be set in a scene");
             continue;
         };
         finding::at(&place, "when it acts");

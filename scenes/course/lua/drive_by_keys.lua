@@ -1,5 +1,5 @@
--- Drives a Manta by keys: up and down change the speed of the wheels by 1 rad/s, left and right the steering by 6 degrees,
--- the space bar stops. Each key is printed on the status bar.
+-- Drives a Manta by keys: up and down change the speed of the wheels by 1 rad/s, left and right the steering by 6
+-- degrees, the space bar stops. Each key is printed on the status bar.
 
 if sim_call_type == sim_childscriptcall_initialization then
     steering = simGetObjectHandle('steer_joint')

@@ -14,8 +14,7 @@ if sim_call_type == sim_childscriptcall_initialization then
 end
 
 if sim_call_type == sim_childscriptcall_actuation then
-    -- Weights of the front sonars, from left (1) to right (8): those ahead count most; each slows the wheel on the other
--- side.
+    -- Weights of the front sonars, left (1) to right (8): those ahead count most; each slows the opposite wheel.
     local push = {0, 0}
     for i = 1, 8 do
         local seen, distance = simReadProximitySensor(sonars[i])

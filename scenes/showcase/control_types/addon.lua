@@ -1,8 +1,8 @@
--- Drives the robot /addon of control_types.toml: way 2, an add-on.
+-- Drives the robot /addon of control_types.toml: method 2, an add-on.
 --
 --     tatu run control_types.toml --realtime --addon control_types/addon.lua
 --
--- An add-on belongs to the program and not to the scene: it drives the robot of any scene that has one of this name.
+-- An add-on belongs to the program, not to the scene: it drives the robot with this name in any scene.
 
 local ROBOT = '/addon'
 local AHEAD = {5, 5}                -- rad/s, left and right wheel

@@ -1,6 +1,6 @@
--- Way 1, a script in the scene: ahead; backwards in a curve for a while once the nose has seen something.
+-- Method 1, a script in the scene: drives ahead, and backwards in a curve for a while once the nose detects something.
 --
--- All ways in this folder do the same, with the same constants.
+-- All methods in this folder implement the same behaviour, with the same constants.
 
 local AHEAD = {5, 5}                -- rad/s, left and right wheel
 local BACK = {-2.5, -0.625}         -- rad/s

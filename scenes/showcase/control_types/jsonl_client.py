@@ -1,8 +1,8 @@
-"""Drives the robot /jsonl of control_types.toml: way 8, lines of JSON. Python's standard library is enough.
+"""Drives the robot /jsonl of control_types.toml: method 8, lines of JSON. It requires only Python's standard library.
 
     python3 jsonl_client.py [PORT]
 
-Any language that has sockets can do this: one line with a call, one line with its result.
+Any language with sockets can use this protocol: one line with a call, one line with its result.
 """
 import json
 import socket
@@ -18,7 +18,7 @@ lines = socket.create_connection(('127.0.0.1', PORT)).makefile('rw')
 
 
 def call(command, *args):
-    """Calls a command of the simulator, and returns the first of its results."""
+    """Calls a command of the simulator, and returns its first result."""
     print(json.dumps({'call': command, 'args': args}), file=lines, flush=True)
     answer = json.loads(lines.readline())
     if 'error' in answer:

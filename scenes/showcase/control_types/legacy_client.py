@@ -1,9 +1,9 @@
-"""Drives the robot /legacy of control_types.toml: way 6, the legacy remote API of V-REP (`simx...`).
+"""Drives the robot /legacy of control_types.toml: method 6, the legacy remote API of V-REP (`simx...`).
 
     pip install pypot               it contains V-REP's library and its binding, vrep.py
     python3 legacy_client.py [PORT]
 
-With a V-REP or CoppeliaSim of your own, `import vrep` or `import sim as vrep` beside its library does the same.
+With an installation of V-REP or CoppeliaSim, use `import vrep` or `import sim as vrep` beside its library instead.
 """
 import sys
 import time
@@ -26,7 +26,7 @@ vrep.simxReadProximitySensor(client, nose, STREAM)      # from now on, the simul
 back_until = 0.0            # s, simulation time
 
 while vrep.simxGetConnectionId(client) >= 0:
-    error, seen, *_ = vrep.simxReadProximitySensor(client, nose, BUFFER)      # what came last; it does not wait
+    error, seen, *_ = vrep.simxReadProximitySensor(client, nose, BUFFER)      # the last value received, without waiting
     now = vrep.simxGetLastCmdTime(client) / 1000
     if error == vrep.simx_return_ok and seen:
         back_until = now + BACK_TIME

@@ -1,4 +1,4 @@
--- Letters as strokes, for drawings: capitals, digits, hyphen and space.
+-- Stroke letters for drawings: capitals, digits, hyphen and space.
 --
 -- letters.write(text, at, right, up, size, pixels, color) draws a line of text, centred at `at`, and returns the
 -- drawing. `right` and `up` are directions in the world.

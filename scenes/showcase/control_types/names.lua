@@ -1,10 +1,10 @@
--- Writes the signs in front of the pens: the ways in which the robots are driven.
+-- Writes the signs in front of the pens: the methods by which the robots are driven.
 
 local letters = require 'letters'
 
 local SIZE, PIXELS = 0.17, 4        -- m, height of the letters
 local LIGHTER = 0.45              -- share of white in the colour
-local RIGHT, UP = {1, 0, 0}, {0, 0.6, 0.8}      -- they lean back, so that they can be read from above as well
+local RIGHT, UP = {1, 0, 0}, {0, 0.6, 0.8}      -- tilted back, so that the signs can be read from above as well
 
 function sysCall_init()
     for _, object in ipairs(sim.getObjectsInTree(sim.handle_scene, sim.sceneobject_dummy)) do

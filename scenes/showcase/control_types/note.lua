@@ -1,6 +1,6 @@
--- A note above a robot that waits, and a line on the status bar that tells how to start what it waits for.
+-- A note above a robot that waits for its client, and a line on the status bar that shows how to start the client.
 --
--- The notes read the true position of a robot, which is not used for driving.
+-- The notes use the true position of a robot, which is not used for driving.
 
 local letters = require 'letters'
 

@@ -1,4 +1,4 @@
--- Way 3, a command of a plugin: this script only calls it, in each step. The behaviour is in plugin/bubble.c.
+-- Method 3, a command of a plugin: this script only calls it, in each step. The behaviour is in plugin/bubble.c.
 
 local note = require 'note'
 

@@ -1,4 +1,4 @@
-"""Drives the robot /ros of control_types.toml: way 7, ROS over rosbridge. No ROS needs to be installed.
+"""Drives the robot /ros of control_types.toml: method 7, ROS over rosbridge. No ROS installation is required.
 
     pip install websocket-client
     python3 ros_client.py [PORT]
@@ -29,7 +29,7 @@ send(op='advertise', topic='/ros/cmd_vel', type='geometry_msgs/Twist')
 back_until = 0.0            # s, simulation time
 
 while True:
-    message = json.loads(ros.recv())['msg']     # one for each measurement
+    message = json.loads(ros.recv())['msg']     # one message per measurement
     stamp = message['header']['stamp']
     now = stamp['secs'] + stamp['nsecs'] / 1e9
     if message['range'] is not None:            # JSON has no infinity: null is no echo

@@ -1,8 +1,8 @@
-"""Drives the robot /socket of control_types.toml: way 4, a protocol of one's own.
+"""Drives the robot /socket of control_types.toml: method 4, a custom protocol.
 
     python3 socket_client.py [PORT]
 
-The other side is socket_server.lua, the script of the robot: it sends a line "TIME SEEN" in each step, and takes lines
+The other side is socket_server.lua, the script of the robot: it sends a line "TIME SEEN" in each step and accepts lines
 "LEFT RIGHT".
 """
 import socket

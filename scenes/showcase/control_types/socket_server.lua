@@ -1,17 +1,18 @@
--- Way 4, a socket of one's own: sends what the robot feels in each step, and does what a program answers.
+-- Method 4, a custom socket protocol: sends the sensor reading in each step, and applies the speeds that a program
+-- sends.
 --
---     to the program     "TIME SEEN\n": simulation time (s); 1 if the nose sees something, else 0
+--     to the program     "TIME SEEN\n": simulation time (s); 1 if the nose detects something, else 0
 --     from the program   "LEFT RIGHT\n": speeds of the wheels (rad/s)
 --
--- The script is the server, so that programs may come and go. It never waits for them: the other robots go on. If a
--- program is silent for PATIENCE, the robot is stopped.
+-- The script is the server, so that programs may connect and disconnect. It never waits for them, so the other robots
+-- keep running. If a program is silent for PATIENCE, the robot is stopped.
 
 local note = require 'note'
 
 local ADDRESS, PORT = '127.0.0.1', 20000
 local PATIENCE = 1.0                -- s
 
--- Whether whoever runs the scene allows sockets. To ask for one in vain would be a warning.
+-- Returns whether the user allows sockets. Opening one without permission would raise a warning.
 local function may_listen()
     return sim.getStringProperty(sim.handle_scene, 'scene.allow'):find('net=', 1, true)
 end
@@ -27,15 +28,15 @@ function sysCall_init()
     else
         help = string.format('--allow net=%s:%d in the command that starts the scene', ADDRESS, port)
     end
-    heard = sim.getSimulationTime()     -- s, when the last line came; the start counts, too
+    heard = sim.getSimulationTime()     -- s, when the last line was received; initially the start
 end
 
--- The last line that has come, or nil. Older ones are out of date.
+-- Returns the last line received, or nil. Older lines are out of date.
 local function last_line()
     local last
     while true do
         local line, failure, part = client:receive('*l', begun)
-        begun = not line and part or nil        -- of a line whose end is still on its way
+        begun = not line and part or nil        -- the beginning of an incomplete line
         if failure == 'closed' then
             client:close()
             client = nil

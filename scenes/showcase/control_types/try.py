@@ -1,10 +1,10 @@
-"""Tries all ways of control_types.toml: starts the scene without a window, and the clients; checks that each robot
-drives more than 1 m; then kills the clients in turn, and checks that the robot of each stops and all others go on.
+"""Tests all methods of control_types.toml: starts the scene without a window, and the clients; checks that each robot
+drives more than 1 m; then kills the clients in turn, and checks that its robot stops and all others continue.
 
     pip install -r control_types/requirements.txt
     python3 control_types/try.py [--tatu PATH_OF_TATU]
 
-It takes half a minute, uses free ports, and ends with "all 8 ways work" or an error.
+It runs for half a minute, uses free ports, and ends with "all 8 ways work" or an error.
 """
 import argparse
 import json
@@ -21,15 +21,15 @@ HERE = pathlib.Path(__file__).resolve().parent
 INSIDE = ['lua', 'addon', 'plugin']     # robots without a client
 CLIENTS = ['socket', 'zeromq', 'legacy', 'ros', 'jsonl']
 SPEED = 2.0             # simulated seconds per second
-LEAST = 1.0             # m that each robot drives
-PATIENCE = 25.0         # s of real time for that
-STOPPED = 2.5           # s of simulation time after which a robot without client stands
-WATCH = 2.5             # s of simulation time that the robots are then watched
-MOVED, STOOD = 0.05, 0.005      # m within that time
+LEAST = 1.0             # m that each robot must drive
+PATIENCE = 25.0         # s of real time for LEAST
+STOPPED = 2.5           # s of simulation time after which a robot without client must have stopped
+WATCH = 2.5             # s of simulation time for which the robots are then observed
+MOVED, STOOD = 0.05, 0.005      # m within WATCH
 
 
 def free_ports(n):
-    """Ports that nothing listens on; the ZeroMQ API uses the next one as well, so they are apart."""
+    """Returns free ports. The ZeroMQ API uses the next port as well, so they are not consecutive."""
     taken = [socket.create_server(('127.0.0.1', 0)) for _ in range(n)]
     ports = [s.getsockname()[1] for s in taken]
     for s in taken:
@@ -59,7 +59,7 @@ class Watcher:
         return json.loads(self.lines.readline())['result'][0]
 
     def watch(self, until):
-        """Adds up the ways until a condition of the simulation time holds, and returns that time."""
+        """Sums up the distances until a condition on the simulation time holds, and returns that time."""
         while True:
             for name, handle in self.robots.items():
                 p = self.call('sim.getObjectPosition', handle)
@@ -71,7 +71,7 @@ class Watcher:
             time.sleep(0.05)
 
     def ways_within(self, seconds):
-        """How far each robot drives within some simulated seconds."""
+        """Returns the distance that each robot drives within some simulated seconds."""
         before = dict(self.ways)
         end = self.watch(lambda now: True) + seconds
         self.watch(lambda now: now >= end)

@@ -1,8 +1,8 @@
--- Stops a robot whose driver is outside of the scene, once that is silent: a dead-man's switch.
+-- Stops a robot once its external driver falls silent: a dead-man's switch.
 --
--- A driver sets the integer signal that is called as the robot, at least every PATIENCE. Each step deletes it, so that
--- only a living driver keeps it. A ROS client cannot set signals: rosbridge stops its robot itself when /cmd_vel is
--- silent, and wheels that turn show that there is a client (`data = { alive = "wheels" }`).
+-- A driver sets the integer signal named like the robot, at least every PATIENCE. Each step deletes the signal, so that
+-- only a live driver maintains it. A ROS client cannot set signals: rosbridge itself stops the robot when /cmd_vel is
+-- silent, and turning wheels indicate that there is a client (`data = { alive = "wheels" }`).
 
 local note = require 'note'
 
@@ -16,7 +16,7 @@ function sysCall_init()
     missing = sim.readCustomStringData(robot, 'missing')
     if missing == '' then missing = 'NO CLIENT' end
     help = sim.readCustomStringData(robot, 'start')
-    heard = sim.getSimulationTime()     -- s, when the driver was last alive; the start counts, too
+    heard = sim.getSimulationTime()     -- s, when the driver was last alive; initially the start
 end
 
 local function alive()

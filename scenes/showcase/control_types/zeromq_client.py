@@ -1,9 +1,9 @@
-"""Drives the robot /zeromq of control_types.toml: way 5, the ZeroMQ remote API of CoppeliaSim.
+"""Drives the robot /zeromq of control_types.toml: method 5, the ZeroMQ remote API of CoppeliaSim.
 
     pip install coppeliasim-zmqremoteapi-client
     python3 zeromq_client.py [PORT]
 
-Each line that begins with `sim.` is a call of a command in the simulator; its result comes back over the socket.
+Each line that begins with `sim.` calls a command in the simulator; its result is returned over the socket.
 """
 import sys
 import time

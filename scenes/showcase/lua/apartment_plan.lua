@@ -24,7 +24,7 @@ local plan = {
     },
 }
 
--- Distance (m) of a point from the nearest surface; negative within a wall or a piece of furniture.
+-- Returns the distance (m) of a point from the nearest surface; negative within a wall or a piece of furniture.
 function plan.distance(x, y)
     local least = math.huge
     for _, box in ipairs(plan.boxes) do

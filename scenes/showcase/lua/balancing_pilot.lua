@@ -1,9 +1,9 @@
--- The NXTway-GS balances on two wheels, drives a slalom between poles and takes pushes.
+-- The NXTway-GS balances on two wheels, drives a slalom between poles and withstands pushes.
 --
 -- Balance, in each physics step: a linear-quadratic regulator, computed here from the constants of the robot. Pitch is
--- the integrated gyroscope, wheels are measured by their encoders.
--- Place, in each step of the scene: an extended Kalman filter predicts by the encoders and corrects with a beacon that
--- reports the robot's position to within centimetres (Thrun, Burgard, Fox, "Probabilistic Robotics", chapter 3).
+-- the integrated gyroscope rate; wheel angles are measured by encoders.
+-- Localization, in each scene step: an extended Kalman filter predicts with the encoders and corrects with a beacon
+-- that reports the robot's position to within centimetres (Thrun, Burgard, Fox, "Probabilistic Robotics", chapter 3).
 
 local Matrix = require 'matrix'
 
@@ -22,22 +22,22 @@ local WIDTH = 0.1423            -- m: between the wheels, as calibrated by turni
 
 -- Weights of the regulator: angle of the wheels, pitch, their rates; voltage.
 local STATE_WEIGHT, VOLTAGE_WEIGHT = {1, 1000, 1, 1}, 100
-local TURN_GAIN = 3.0           -- V per rad by which the right wheel is ahead of where it should be against the left
-local SMOOTH_TIME = 0.0072      -- s: of the encoders' angle, which comes in whole degrees
-local CORRECTION = 1.5e-4       -- rad/s of pitch per rad of the wheels: makes up for the drift of the gyroscope
-local ACCELERATION = 4.0        -- rad/s^2 of the wheels: how fast the wanted speeds may change
+local TURN_GAIN = 3.0           -- V per rad of error of the angle between right and left wheel
+local SMOOTH_TIME = 0.0072      -- s: filter time constant of the encoder angle, which is quantized to whole degrees
+local CORRECTION = 1.5e-4       -- rad/s of pitch per rad of the wheels: compensates for the drift of the gyroscope
+local ACCELERATION = 4.0        -- rad/s^2 of the wheels: maximum rate of change of the target speeds
 
 -- The filter: standard deviations.
-local WAY_SIGMA = 0.02          -- of the way driven, relative
+local WAY_SIGMA = 0.02          -- relative, of the distance driven
 local SLIP_SIGMA = 0.05         -- rad of heading for each rad turned
 local WANDER_SIGMA = 0.004      -- m, rad in each step
 local BEACON_SIGMA = 0.02       -- m
 
 -- The course: a slalom to the far end and back, between poles on the x axis.
-local POLES, SPACING = 3, 0.7          -- number; m: the first pole is so far from the beginning
-local SWING = 0.34              -- m: greatest distance from the line of the poles
+local POLES, SPACING = 3, 0.7          -- count; m, also from the start to the first pole
+local SWING = 0.34              -- m: maximum distance from the line of the poles
 local SPEED = 0.28              -- m/s
-local LOOK_AHEAD = 0.16         -- m: it drives towards the point of the course that is so far away
+local LOOK_AHEAD = 0.16         -- m: distance of the point of the course that the robot drives towards
 local BEARING_GAIN = 2.5        -- 1/s
 local TURN_MOST = 2.0           -- rad/s
 
@@ -45,7 +45,7 @@ local left, right, left_encoder, right_encoder, gyro, beacon, trail
 local gain, forward
 local pitch, smooth, wheel_goal, turn_goal = 0, nil, 0, 0    -- rad
 local speed, turn, want_speed, want_turn = 0, 0, 0, 0       -- rad/s: mean of the wheels, right minus left
-local way_angle, way_difference = 0, 0                      -- rad: of the wheels, now
+local way_angle, way_difference = 0, 0                      -- rad: current mean and difference of the wheels
 local x, P                                                  -- the filter's state x, y, heading and its covariance
 local last_angle, last_difference, last_fix = 0, 0, 0
 local course, at = {}, 1
@@ -56,8 +56,8 @@ local function wrapped(angle) return (angle + math.pi) % (2 * math.pi) - math.pi
 
 -- Balance -------------------------------------------------------------------------------------------------------------
 
--- The linear model dx/dt = A x + B u of the upright robot: x is angle of the wheels against the world, pitch, and their
--- rates; u is the voltage of both motors.
+-- The linear model dx/dt = A x + B u of the upright robot: x contains the angle of the wheels in the world, the pitch,
+-- and their rates; u is the voltage of both motors.
 local function linear_model()
     local torque, brake = KT / OHM, KT * KB / OHM + FRICTION      -- N m/V, N m s/rad: of a motor
     local couple = BODY_MASS * BODY_HEIGHT * RADIUS - 2 * ROTOR
@@ -77,7 +77,7 @@ local function linear_model()
     return A, Matrix{0, 0, push:get(1), push:get(2)}
 end
 
--- The model over a time step with constant voltage, exactly: the exponential of [A B; 0 0].
+-- The exact model over a time step with constant voltage: the exponential of [A B; 0 0].
 local function over_step(A, B, dt)
     local rows = {}
     for i = 1, 4 do
@@ -95,7 +95,7 @@ local function over_step(A, B, dt)
     return Matrix(a), Matrix(b)
 end
 
--- The gain of the regulator: Riccati's equation, iterated until it no longer changes.
+-- The gain of the regulator: Riccati's equation, iterated until convergence.
 local function lqr(A, B, Q, R)
     local P = Q
     for _ = 1, 20000 do
@@ -107,13 +107,13 @@ local function lqr(A, B, Q, R)
     error('the regulator was not found: the equation of Riccati does not converge')
 end
 
--- One step of balancing: reads gyroscope and encoders, sets the voltage of the motors.
+-- Runs one step of balancing: reads gyroscope and encoders, and sets the voltage of the motors.
 function sysCall_dyn(step)
     if step.afterStep then return end
     local l, r, g = tatu.read(left_encoder), tatu.read(right_encoder), tatu.read(gyro)
     if l.sequence == 0 or r.sequence == 0 or g.sequence == 0 then return end
     local dt, pitch_rate = step.dt, g.angular_velocity[2]
-    -- Encoders measure the wheels against the body, which is pitched.
+    -- Encoders measure the wheels relative to the body, which is pitched.
     local angle, difference = (l.position + r.position) / 2, r.position - l.position
     smooth = smooth or angle
     local before = smooth
@@ -134,7 +134,7 @@ function sysCall_dyn(step)
     sim.setJointTargetVelocity(right, clamp(balance + steer, SUPPLY) / forward)
 end
 
--- Place ---------------------------------------------------------------------------------------------------------------
+-- Localization --------------------------------------------------------------------------------------------------------
 
 local function predict()
     local way, turned = (way_angle - last_angle) * RADIUS, (way_difference - last_difference) * RADIUS / WIDTH
@@ -158,7 +158,7 @@ end
 
 -- Course --------------------------------------------------------------------------------------------------------------
 
--- A cosine that passes the poles on alternating sides, half a circle, its mirror image back, and half a circle.
+-- A cosine that passes the poles on alternating sides, a semicircle, the mirrored cosine back, and another semicircle.
 local function make_course()
     local stop = (POLES + 1) * SPACING
     local function add(px, py) course[#course + 1] = {px, py} end

@@ -1,5 +1,5 @@
--- Pushes the robot every few seconds, shows it by an arrow, and checks that it stays up and drives on. It reads the
--- true pose, which the robot itself never does.
+-- Pushes the robot every few seconds, shows each push by an arrow, and checks that the robot stays upright and keeps
+-- driving. It reads the true pose, which the robot itself never does.
 
 local EVERY = 5.0             -- s: from one push to the next
 local IMPULSE = 0.06          -- N s
@@ -21,7 +21,7 @@ function sysCall_init()
     arrow = sim.addDrawingObject(sim.drawing_lines, 4, 0, -1, 10, {0.9, 0.1, 0.1})
 end
 
--- A push along the robot's own x axis, to its front and its rear in turn.
+-- A push along the robot's own x axis, alternately to the front and to the rear.
 local function push(now)
     if now >= next_push then
         next_push, until_time, direction = now + EVERY, now + DURATION - 1e-6, -direction

@@ -1,8 +1,8 @@
--- The delta robot sorts pieces that come on a belt: a camera ahead of it sees their colour and place, the belt's own
--- encoder tells how far they have moved since, and the cup takes them while the belt runs.
+-- The delta robot sorts pieces on a belt: a camera upstream measures their colour and position, the belt's encoder
+-- measures their motion since then, and the cup picks them while the belt runs.
 --
--- It reads its motors, the vacuum in its cup, the camera and the speed of the belt. Lengths are in m in the world; the
--- delta's axis is at x = 0, y = 0, and the belt runs along +x.
+-- Inputs are the motors, the vacuum in the cup, the camera and the speed of the belt. Lengths are in m in the world;
+-- the delta's axis is at x = 0, y = 0, and the belt runs along +x.
 
 local BINS = {                                   -- m: middle of the bin of each colour
     red = {-0.16, 0.36}, yellow = {0.16, 0.36}, green = {-0.16, -0.36}, blue = {0.16, -0.36},
@@ -14,33 +14,33 @@ local PIECE = 0.03                               -- m: height of a piece
 local BELT = 0.30                                -- m: height of the belt
 local BIN_FLOOR = 0.25                           -- m
 local DROP = 0.004                               -- m: pieces are released this far above the floor of a bin
-local LIFT = 0.07                                -- m: over pieces on the belt, and over the walls of the bins
+local LIFT = 0.07                                -- m: clearance above pieces on the belt and walls of the bins
 local HEIGHT = 1.45                              -- m: of the motors' axes above the floor
 local TOOL = 0.10                                -- m: from the platform to the lip of the cup
 
-local CAMERA = {-0.75, 0.0, 0.90}                -- m: it looks down, the columns of its image along the belt
-local WINDOW = 0.07                              -- m: part of the image that is used, to both sides of the middle
-local MIDDLE = 0.03                              -- m: a piece that is nearer to the middle is measured
-local LEAST_HEIGHT = 0.015                            -- m: what is less far above the belt is not a piece
-local LEAST_PIXELS = 12                          -- of a piece
-local APART = 0.10                               -- m: pieces come at least this far apart
+local CAMERA = {-0.75, 0.0, 0.90}                -- m: faces down, with the columns of the image along the belt
+local WINDOW = 0.07                              -- m: half of the part of the image that is used
+local MIDDLE = 0.03                              -- m: a piece is measured once it is this near to the middle
+local LEAST_HEIGHT = 0.015                            -- m: minimum height of a piece above the belt
+local LEAST_PIXELS = 12                          -- minimum number of pixels of a piece
+local APART = 0.10                               -- m: minimum distance between pieces
 
-local FIRST_X, LAST_X = -0.30, 0.20              -- m: where pieces can be taken
+local FIRST_X, LAST_X = -0.30, 0.20              -- m: range in which pieces can be picked
 local SPEED = 1.6                                -- m/s: mean speed across
 local SHORTEST = 0.22                            -- s: time of a move up or down
 local PAUSE = 0.08                               -- s: for the vacuum to build up, or to break
-local LEAD = 0.01                                -- s: the motors follow their targets this much later
+local LEAD = 0.01                                -- s: lag of the motors behind their targets
 local WAIT_AT = {-0.2, 0.0}                      -- m
 
 local motors, kinematics, tip, vacuum, camera, belt, tie, at, marks
-local last_image = 0         -- number of the last image that was looked at
-local travelled = 0          -- m: how far the belt has moved
+local last_image = 0         -- sequence number of the last image processed
+local travelled = 0          -- m: distance that the belt has moved
 local last_seen = -1         -- m: `travelled` when the last piece was seen
--- Pieces that were seen and not yet taken: colour, and x and y on the belt at `travelled` = 0.
+-- Pieces that were measured but not yet picked: colour, and x and y on the belt at `travelled` = 0.
 local queue = {}
-local filled = {}            -- how many pieces were put into the bin of each colour
+local filled = {}            -- number of pieces in the bin of each colour
 
--- Seeing --------------------------------------------------------------------------------------------------------------
+-- Vision --------------------------------------------------------------------------------------------------------------
 
 local function colour_of(r, g, b)
     local most, least = math.max(r, g, b), math.min(r, g, b)
@@ -59,7 +59,7 @@ local function colour_of(r, g, b)
     end
 end
 
--- The piece in the window of a new image: its colour and place, or nil.
+-- Returns colour and position of the piece in the window of a new image, or nil.
 local function find_piece()
     local image = tatu.read(camera)
     if image.sequence == last_image then return nil end
@@ -95,7 +95,7 @@ local function watch_belt()
     end
 end
 
--- Where the robot believes the pieces to be: white rings above the belt.
+-- Draws the estimated positions of the pieces: white rings above the belt.
 local function draw()
     sim.addDrawingObjectItem(marks, nil)
     for _, piece in ipairs(queue) do
@@ -108,7 +108,7 @@ local function draw()
     end
 end
 
--- Moving --------------------------------------------------------------------------------------------------------------
+-- Motion --------------------------------------------------------------------------------------------------------------
 
 -- Sets the targets of the motors for the lip of the cup.
 local function aim(lip)
@@ -117,8 +117,8 @@ local function aim(lip)
     for i, motor in ipairs(motors) do sim.setJointTargetPosition(motor, angles[i]) end
 end
 
--- Moves the lip from rest, or from a moving target, to `target()`, which may move as well: the way to it shrinks to
--- nothing with the fifth-order polynomial, so the lip arrives with the target's velocity.
+-- Moves the lip from rest, or from a moving target, to `target()`, which may move as well: a fifth-order polynomial
+-- reduces the offset from the target to zero, so the lip arrives with the target's velocity.
 local function follow(seconds, target)
     local start, t = sim.getSimulationTime(), 0
     local first = target()
@@ -138,7 +138,7 @@ local function move(x, y, z)
     follow(math.max(SHORTEST, way / SPEED), function() return {x, y, z} end)
 end
 
--- Ties what is under the cup to its lip; returns whether there is something.
+-- Ties the piece under the cup to its lip; returns whether there is one.
 local function grip()
     local found, _, _, piece = sim.readProximitySensor(vacuum)
     if found ~= 1 then return false end
@@ -154,7 +154,7 @@ local function release()
     tie = nil
 end
 
--- Takes a piece from the moving belt; returns whether the vacuum holds it.
+-- Picks a piece from the moving belt; returns whether the vacuum holds it.
 local function take(piece)
     local function above(height)
         return function()
@@ -205,7 +205,7 @@ function sysCall_thread()
     while true do
         local piece = queue[1]
         if piece and piece.x + travelled > LAST_X then
-            table.remove(queue, 1)      -- too late for this one: it goes on to the end of the belt
+            table.remove(queue, 1)      -- too late for this piece: it continues to the end of the belt
         elseif piece and piece.x + travelled > FIRST_X then
             local held = take(piece)
             table.remove(queue, 1)

@@ -1,19 +1,19 @@
--- The people around the cell: one lays pieces from the supply onto the belt, another empties a bin when it is full. And
--- the referee: an error if a piece is in a wrong bin, reaches the end of the belt, or nothing is sorted for a while.
--- All of them see the true positions, which the robot never does.
+-- The operators of the cell: place pieces from the supply on the belt, and empty a bin when it is full. Also the
+-- referee: raises an error if a piece is in a wrong bin or reaches the end of the belt, or if no piece is sorted for a
+-- while. This script reads the true positions, which the robot never does.
 
 local COLOURS = {'red', 'yellow', 'green', 'blue'}
 local PER_COLOUR = 4
 local BINS = {red = {-0.16, 0.36}, yellow = {0.16, 0.36}, green = {-0.16, -0.36}, blue = {0.16, -0.36}}      -- m
-local BIN_SIZE = {0.11, 0.10}         -- m: half of its extent along x and y
-local IN_BIN = 0.29                   -- m: middles of pieces in a bin are lower
+local BIN_SIZE = {0.11, 0.10}         -- m: half extents of a bin along x and y
+local IN_BIN = 0.29                   -- m: the middle of a piece in a bin is lower than this
 local SUPPLY = {-1.35, -0.55, 0.335}  -- m: middle of the supply's tray, height of pieces on it
-local START = {-1.45, 0.32}           -- m: x, and z above the belt, where pieces are laid down
-local ASIDE = 0.09                    -- m: they lie at most this far from the middle of the belt
-local EVERY = {2.2, 2.9}              -- s: from one piece to the next, least and most
-local STAY = 1.5                      -- s: a full bin is emptied after this time
+local START = {-1.45, 0.32}           -- m: x and z of the point above the belt where pieces are placed
+local ASIDE = 0.09                    -- m: maximum distance of a piece from the middle of the belt
+local EVERY = {2.2, 2.9}              -- s: minimum and maximum interval between pieces
+local STAY = 1.5                      -- s: delay until a full bin is emptied
 local END = 0.95                      -- m: end of the belt
-local IDLE_MOST = 15                  -- s: without a sorted piece
+local IDLE_MOST = 15                  -- s: maximum time without a sorted piece
 
 local pieces, next_time, last_sorted, sorted = {}, 0.5, 0, 0
 

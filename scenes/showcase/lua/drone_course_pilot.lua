@@ -1,9 +1,9 @@
--- The pilot flies the quadrotor through the gates along a smooth path, and lands where it began.
+-- The pilot flies the quadrotor through the gates along a smooth path, and lands at its starting position.
 --
 -- The path is a closed Catmull-Rom spline through a point before and one behind each gate, so that it crosses the
--- gates nearly at right angles. The speed along it is what the turns allow, with limited changes. The flight
--- controller of the robot, which estimates its pose from IMU and motion capture, is given position, velocity and
--- acceleration of the path; this script knows the robot's own estimate and the plan of the gates, nothing else.
+-- gates nearly at right angles. The speed along the path is limited by the turns and by the acceleration. The flight
+-- controller of the robot, which estimates its pose from IMU and motion capture, receives position, velocity and
+-- acceleration of the path; this script uses only the robot's own estimate and the plan of the gates.
 
 -- Middles of the gates, m, and the direction in which they are crossed, degrees from x to y.
 local GATES = {
@@ -11,21 +11,21 @@ local GATES = {
     {-2.4, -1.8, 2.6, -35}, {0.8, -2.6, 1.3, 15},
 }
 local ALONG = 0.7                    -- m: path points before and behind a gate
-local SAMPLE = 0.02                  -- m: distance of the path's samples, about
+local SAMPLE = 0.02                  -- m: approximate distance of the path's samples
 
 local SPEED_MOST = 2.6               -- m/s; the flight controller allows 3
 local ACROSS_MOST = 2.8              -- m/s^2: acceleration across the path in turns
 local ALONG_MOST = 1.2               -- m/s^2: acceleration along the path
 local START_HEIGHT = 1.3             -- m
 local CLIMB_TIME = 3.0               -- s
-local HOVER_TIME = 1.0               -- s: before the laps, and above the pad before it lands
+local HOVER_TIME = 1.0               -- s: before the laps, and above the pad before landing
 local LAPS = 2
 local LAND_SPEED = 0.4               -- m/s
 local ON_THE_PAD = 2.0               -- s: rest between two flights
 
--- Gains of the flight controller: it asks for the velocity POSITION_GAIN times the way to its goal, and for the
--- acceleration VELOCITY_GAIN times what this velocity lacks. A goal that is ahead by the terms of `goal_for` makes it
--- follow the path without lag.
+-- Gains of the flight controller: it commands the velocity POSITION_GAIN times the position error, and the acceleration
+-- VELOCITY_GAIN times the velocity error. A goal that is ahead by the terms of `goal_for` makes it follow the path
+-- without lag.
 local POSITION_GAIN = {1.6, 1.6, 2.5}          -- 1/s
 local VELOCITY_GAIN = {3.2, 3.2, 5.0}          -- 1/s
 
@@ -44,7 +44,7 @@ local function control_points()
     return points
 end
 
--- A point of the uniform Catmull-Rom spline between b and c, u from 0 to 1.
+-- Returns a point of the uniform Catmull-Rom spline between b and c, u from 0 to 1.
 local function spline(a, b, c, d, u)
     local p = {}
     for k = 1, 3 do
@@ -58,7 +58,7 @@ local function distance(a, b)
     return math.sqrt((a[1] - b[1]) ^ 2 + (a[2] - b[2]) ^ 2 + (a[3] - b[3]) ^ 2)
 end
 
--- Samples of the closed path, evenly spaced: the spline is sampled finely, then walked along.
+-- Returns evenly spaced samples of the closed path: the spline is sampled finely, then resampled by arc length.
 local function sample_path()
     local c, fine = control_points(), {}
     for i = 1, #c do
@@ -85,7 +85,7 @@ local function sample_path()
     return samples, step
 end
 
--- The speed at each sample: as fast as the turn allows, then limited so that it can be reached and braked from.
+-- Returns the speed at each sample: the maximum that the turn allows, then limited by the acceleration along the path.
 local function plan_speeds(samples, step)
     local n, speeds = #samples, {}
     local reach = 8      -- samples to both sides, over which the curvature is measured
@@ -109,7 +109,7 @@ local function plan_speeds(samples, step)
     return speeds
 end
 
--- Position, tangent and greatest speed at a distance along the path.
+-- Returns position, tangent and maximum speed at a distance along the path.
 local function at_distance(s)
     local n = #path.samples
     local index = (s / path.step) % n
@@ -133,13 +133,13 @@ local function draw_path()
     end
 end
 
--- Flying --------------------------------------------------------------------------------------------------------------
+-- Flight --------------------------------------------------------------------------------------------------------------
 
 local function estimate()
     return sim.callScriptFunction('getEstimate', pilot)
 end
 
--- Gives the flight controller a goal, and draws where the robot believes to be.
+-- Sends a goal to the flight controller, and draws the estimated position of the robot.
 local last
 local function go(goal, yaw)
     sim.callScriptFunction('setPosition', pilot, goal[1], goal[2], goal[3], yaw)
@@ -151,7 +151,7 @@ local function go(goal, yaw)
     sim.step()
 end
 
--- The goal that makes the controller follow a position that moves with a velocity and an acceleration.
+-- Returns the goal that makes the controller follow a position that moves with a velocity and an acceleration.
 local function goal_for(p, v, a)
     local goal = {}
     for k = 1, 3 do
@@ -160,7 +160,7 @@ local function goal_for(p, v, a)
     return goal
 end
 
--- Moves the goal straight from one place to another in a time, at rest at both ends, and holds it for a while.
+-- Moves the goal in a straight line from one position to another in a time, at rest at both ends, and then holds it.
 local function glide(from, to, seconds, hold, yaw)
     local dt = sim.getSimulationTimeStep()
     for i = 1, math.ceil(seconds / dt) do
@@ -171,7 +171,7 @@ local function glide(from, to, seconds, hold, yaw)
     for _ = 1, math.ceil(hold / dt) do go(to, yaw) end
 end
 
--- Flies along the path: from rest at its beginning, a number of laps, to rest at its beginning.
+-- Flies a number of laps along the path, from rest at its start to rest at its start.
 local function fly_laps(count)
     local dt, length = sim.getSimulationTimeStep(), #path.samples * path.step
     local s, speed, before, yaw = 0, 0, nil, nil

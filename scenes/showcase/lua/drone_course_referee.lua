@@ -1,5 +1,5 @@
--- The referee: it reads the true position of the quadrotor, which the pilot never does. It counts the gates that are
--- crossed in their order, lights the next one, and raises an error if one is missed or takes too long.
+-- The referee: reads the true position of the quadrotor, which the pilot never does. Counts the gates that are crossed
+-- in order, lights the next one, and raises an error if a gate is missed or not crossed in time.
 
 -- As in the pilot: middles of the gates, m, and the direction in which they are crossed, degrees.
 local GATES = {
@@ -13,7 +13,7 @@ local GATE_MOST = 25                      -- s: from one gate to the next
 local robot, gates, graph, streams
 local before, next_gate, since, crossed = nil, 1, 0, 0
 
--- Position in the frame of a gate: ahead of it, to the side, above its middle.
+-- Returns the position in the frame of a gate: ahead, to the side, and above the middle.
 local function in_gate(gate, p)
     local a = math.rad(gate[4])
     local x, y = p[1] - gate[1], p[2] - gate[2]

@@ -1,8 +1,8 @@
--- Keeps the nearest wall at a fixed distance on the right. Reads the laser scanner alone.
+-- Keeps the nearest wall at a fixed distance on the right. The laser scanner is the only input.
 --
--- The nearest point of the right side and of the front is the wall. It should be at a right angle to the robot, and
--- KEEP away. At an outer corner the nearest point is the corner itself, and the robot drives an arc around it; at an
--- inner corner the wall ahead becomes the nearest, and the robot turns away from it.
+-- The nearest point on the right side and ahead counts as the wall. It should be at a right angle to the robot, at the
+-- distance KEEP. At an outer corner, the nearest point is the corner itself, and the robot drives an arc around it; at
+-- an inner corner, the wall ahead becomes the nearest, and the robot turns away from it.
 
 local RADIUS = 0.033            -- m, of the wheels
 local TRACK = 0.160             -- m, between the wheels
@@ -11,14 +11,14 @@ local MAX_TURN = 2.4            -- rad/s
 local MAX_ACCELERATION = 0.8    -- m/s^2
 local KEEP = 0.27               -- m, from the scanner to the wall
 local FAR = 1.2                 -- m: farther walls are not followed
-local FROM, TO = math.rad(-150), math.rad(40)   -- the sector in which it looks for the wall
-local WINDOW = 4                -- beams to either side over which distances are averaged, against noise
-local SAME = 0.03               -- m: beams that are at most that much longer than the least one see the same place
+local FROM, TO = math.rad(-150), math.rad(40)   -- the sector that is searched for the wall
+local WINDOW = 4                -- beams to either side over which distances are averaged to reduce noise
+local SAME = 0.03               -- m: beams up to this much longer than the shortest one hit the same part of the wall
 local GAIN_DISTANCE = 3.0       -- rad of approach per m of distance error
 local MAX_APPROACH = math.rad(45)
 local GAIN_ANGLE = 2.2          -- rad/s per rad
-local HALF_LANE = 0.10          -- m: what is ahead within this distance of the middle slows it down
-local STOP, SLOW = 0.20, 0.55   -- m from the scanner: ahead, speeds fall from SLOW to STOP
+local HALF_LANE = 0.10          -- m: obstacles ahead within this distance of the middle slow the robot down
+local STOP, SLOW = 0.20, 0.55   -- m from the scanner to an obstacle ahead: the speed falls from SLOW to STOP
 
 function sysCall_init()
     left = sim.getObject(':/wheel_left_joint')
@@ -27,7 +27,7 @@ function sysCall_init()
     graph = sim.getObject('/Wall')
     kept = sim.addGraphStream(graph, 'distance to the wall', 'm')
     wanted = sim.addGraphStream(graph, 'set point', 'm')
-    seen = 0                    -- number of the last scan used
+    seen = 0                    -- sequence number of the last scan used
     speed, want_speed, want_turn = 0, 0, 0
 end
 
@@ -35,7 +35,7 @@ local function limit(value, most)
     return math.max(-most, math.min(most, value))
 end
 
--- Mean distance of the beams around beam i; beams that met nothing count as FAR.
+-- Returns the mean distance of the beams around beam i; beams without a hit count as FAR.
 local function smooth(distance, i)
     local sum = 0
     for k = i - WINDOW, i + WINDOW do
@@ -44,7 +44,7 @@ local function smooth(distance, i)
     return sum / (2 * WINDOW + 1)
 end
 
--- Distance and bearing of the wall: of the nearest point, averaged over all beams that see about that distance.
+-- Returns distance and bearing of the wall: of the nearest point, averaged over all beams of about that distance.
 local function find_wall(scan)
     local smoothed, least, at = {}, FAR, nil
     for i, a in ipairs(scan.angle) do
@@ -79,10 +79,11 @@ local function decide(scan)
     local free = clear_ahead(scan)
     want_speed = MAX_SPEED * math.max(0, math.min(1, (free - STOP) / (SLOW - STOP)))
     if not distance then
-        want_turn = 0           -- no wall: straight on until there is one
+        want_turn = 0           -- no wall: drive straight until there is one
         return
     end
-    -- Parallel to the wall, its bearing is -90 degrees. Too far away, the robot aims at it by up to MAX_APPROACH.
+    -- Parallel to the wall, its bearing is -90 degrees. If too far away, the robot turns towards it, up to
+    -- MAX_APPROACH.
     local approach = limit(GAIN_DISTANCE * (distance - KEEP), MAX_APPROACH)
     want_turn = limit(GAIN_ANGLE * (bearing + math.pi / 2 - approach), MAX_TURN)
     want_speed = want_speed * math.max(0.25, 1 - math.abs(want_turn) / MAX_TURN)

@@ -1,8 +1,8 @@
 -- Referee: reads true poses, which the robot does not know. Counts laps around the middle of the room, and draws the
 -- path.
 
-local LAP_LIMIT = 95            -- s: a lap must not take longer
-local TOUCH = 0.005             -- m: nearer to the walls counts as a touch
+local LAP_LIMIT = 95            -- s: maximum duration of a lap
+local TOUCH = 0.005             -- m: a smaller distance from the walls counts as a touch
 local EVERY = 0.25              -- s between two measurements
 
 function sysCall_init()

@@ -1,35 +1,35 @@
 -- Bug2 (Lumelsky and Stepanov, 1987): drives to goals that are given in its odometry frame, around unknown obstacles.
 --
--- It drives along the line from where it set out to the goal. At an obstacle it notes how far the goal is (the hit
--- point), and follows the boundary on its right until it is on that line again, nearer to the goal than at the hit
--- point. It needs no map, only its odometry and what its scanner sees now.
+-- The robot drives along the line from its starting point to the goal. At an obstacle (the hit point), it stores the
+-- distance to the goal, and follows the boundary on its right until it is on that line again, nearer to the goal than
+-- at the hit point. It needs no map, only its odometry and the current scan.
 
 local base = require 'turtlebot3_base'
 
-local GOALS = {{3.8, 0.0}, {0.2, -1.25}, {0.3, 1.25}}      -- m, one after another, and again
-local REACHED = 0.06            -- m: so near is at the goal
+local GOALS = {{3.8, 0.0}, {0.2, -1.25}, {0.3, 1.25}}      -- m, visited in order, in a loop
+local REACHED = 0.06            -- m: distance at which a goal counts as reached
 local PAUSE = 1.5               -- s at a goal
-local HIT = 0.33                -- m, from the scanner: an obstacle in the lane that is nearer is a hit
+local HIT = 0.33                -- m, from the scanner: an obstacle in the lane that is nearer than this is a hit
 local HALF_LANE = 0.14          -- m
-local ON_LINE = 0.05            -- m: so near to the line is on it
-local NEARER = 0.15             -- m: so much nearer to the goal than the hit point must it leave the boundary
+local ON_LINE = 0.05            -- m: distance at which the robot counts as on the line
+local NEARER = 0.15             -- m: minimum progress towards the goal since the hit point before leaving the boundary
 local GAIN_HEADING = 2.0        -- rad/s per rad
-local GAIN_LINE = 1.5           -- rad per m beside the line
+local GAIN_LINE = 1.5           -- rad per m of offset from the line
 
 -- Following the boundary
 local KEEP = 0.27               -- m, from the scanner to the boundary
-local FAR = 1.2                 -- m: farther things do not count
-local FROM, TO = math.rad(-150), math.rad(40)   -- the sector in which it looks for the boundary
+local FAR = 1.2                 -- m: farther obstacles are ignored
+local FROM, TO = math.rad(-150), math.rad(40)   -- the sector that is searched for the boundary
 local WINDOW = 4                -- beams to either side over which distances are averaged
-local SAME = 0.03               -- m: beams that are at most that much longer than the least one see the same place
+local SAME = 0.03               -- m: beams up to this much longer than the shortest one hit the same spot
 local GAIN_KEEP = 3.0           -- rad of approach per m
 local GAIN_SIDE = 2.2           -- rad/s per rad
-local STOP, SLOW = 0.20, 0.55   -- m: ahead, the speed falls from SLOW to STOP
+local STOP, SLOW = 0.20, 0.55   -- m to an obstacle ahead: the speed falls from SLOW to STOP
 
 local YELLOW, ORANGE, RED, GREEN = {0.95, 0.80, 0.15}, {0.95, 0.40, 0.10}, {0.85, 0.12, 0.10}, {0.15, 0.60, 0.25}
 
 function sysCall_init()
-    -- The robot sets out from the world's origin, so drawings in the odometry frame need no conversion.
+    -- The robot starts at the world's origin, so drawings in the odometry frame need no conversion.
     base.init(0, 0, 0)
     line_drawing = sim.addDrawingObject(sim.drawing_lines, 2, 0, -1, 0, YELLOW)
     trail = sim.addDrawingObject(sim.drawing_lines + sim.drawing_cyclic, 3, 0, -1, 1500, ORANGE)
@@ -41,7 +41,7 @@ function sysCall_init()
     set_out(0, 0)
 end
 
--- Begins the way to the next goal: the line to it starts here.
+-- Selects the next goal: the line to it starts at the current position.
 function set_out(x, y)
     goal_number = goal_number % #GOALS + 1
     goal = GOALS[goal_number]
@@ -51,14 +51,14 @@ function set_out(x, y)
     sim.addDrawingObjectItem(line_drawing, {x, y, 0.005, goal[1], goal[2], 0.005})
 end
 
--- How far (x, y) is to the left of the line, and the direction of the line.
+-- Returns the distance of (x, y) to the left of the line, and the direction of the line.
 local function beside_line(x, y)
     local dx, dy = goal[1] - start[1], goal[2] - start[2]
     local length = math.sqrt(dx * dx + dy * dy)
     return (dx * (y - start[2]) - dy * (x - start[1])) / length, math.atan(dy, dx)
 end
 
--- The nearest thing in the lane that leads in a direction, relative to the robot.
+-- Returns the distance of the nearest obstacle in the lane along a direction relative to the robot.
 local function free_way(scan, direction)
     local free = FAR
     for i, d in ipairs(scan.distance) do
@@ -70,7 +70,7 @@ local function free_way(scan, direction)
     return free
 end
 
--- Distance and bearing of the boundary: of the nearest point on the right, averaged over the beams that see it.
+-- Returns distance and bearing of the boundary: of the nearest point on the right, averaged over the beams that hit it.
 local function boundary(scan)
     local n, least, at, smoothed = #scan.distance, FAR, nil, {}
     for i, a in ipairs(scan.angle) do
@@ -124,7 +124,7 @@ local function follow_boundary(scan, x, y, heading, distance)
     end
     local gap, bearing = boundary(scan)
     if not gap then
-        want_speed, want_turn = 0.1, -0.5       -- lost: it looks for it on the right
+        want_speed, want_turn = 0.1, -0.5       -- boundary lost: search for it on the right
         return
     end
     local approach = base.limit(GAIN_KEEP * (gap - KEEP), math.rad(45))

@@ -1,10 +1,10 @@
--- Referee: reads the true pose of the robot, which the robot does not know. Each flag must be reached in time, and
--- nothing may be touched.
+-- Referee: reads the true pose of the robot, which the robot does not know. Each flag must be reached in time, and the
+-- robot must not touch anything.
 
 local FLAGS = {'/flag_1', '/flag_2', '/flag_3'}
 local LIMIT = 60                -- s, from one flag to the next
-local NEAR = 0.15               -- m: so near must the robot come; odometry drifts
-local TOUCH = 0.003             -- m: nearer to an obstacle counts as a touch
+local NEAR = 0.15               -- m: required distance from the flag, because odometry drifts
+local TOUCH = 0.003             -- m: a smaller distance from an obstacle counts as a touch
 local EVERY = 0.25              -- s between two measurements
 
 function sysCall_init()

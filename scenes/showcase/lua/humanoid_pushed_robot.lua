@@ -1,19 +1,19 @@
 -- The humanoid stands, waves, and keeps its balance when balls hit it.
 --
--- It reads the IMU only: roll and pitch come from a complementary filter of gyrometer and accelerometer. The torso is
--- shifted over the feet against the tilt and its rate, which moves the centre of pressure as the ankles of people do.
--- While the body is shaken it does not wave, and holds its arms ready.
+-- The IMU is the only input: a complementary filter of gyrometer and accelerometer estimates roll and pitch. The torso
+-- is shifted over the feet against the tilt and its rate, which moves the centre of pressure as people do with their
+-- ankles. While the body is shaken, the robot stops waving and holds its arms ready.
 
 local CROUCH = {x = 0.0171, z = -0.2752}   -- m, ankles in the torso's frame, as at the start
-local WIDTH = 0.05                         -- m, ankles beside the middle of the torso
+local WIDTH = 0.05                         -- m, lateral distance of the ankles from the middle of the torso
 local LEG = {'HipYawPitch', 'HipRoll', 'HipPitch', 'KneePitch', 'AnklePitch', 'AnkleRoll'}
 
-local FILTER_TIME = 0.5                    -- s: below it the gyrometer counts, above it the accelerometer
+local FILTER_TIME = 0.5                    -- s: crossover time between gyrometer and accelerometer
 local TILT_GAIN, RATE_GAIN = 0.10, 0.012   -- m of shift per rad of tilt, and per rad/s of its rate
 local SHIFT_MOST = 0.025                   -- m
 local RETURN_TIME = 0.15                   -- s: time constant with which the shift follows
-local SHAKEN = 0.35                        -- rad/s: the body has been hit
-local CALM, CALM_TIME = 0.10, 0.8          -- rad/s and s: the body is at rest again
+local SHAKEN = 0.35                        -- rad/s: above this rate, the body counts as hit
+local CALM, CALM_TIME = 0.10, 0.8          -- rad/s and s: below this rate for this time, the body counts as at rest
 
 local imu, legs, kinematics, leg, arm
 local roll, pitch, shift_x, shift_y = 0, 0, 0, 0
@@ -21,7 +21,7 @@ local shaken, calm_since = false, 0
 
 local function clamp(value, most) return math.max(-most, math.min(most, value)) end
 
--- Places both feet, parallel to the torso, so that it stands shifted from above their middle.
+-- Places both feet parallel to the torso, with the torso shifted from above their middle.
 local function stand()
     for name, side in pairs{L = 1, R = -1} do
         local angles = legs:jointsOf(CROUCH.x - shift_x, side * WIDTH - shift_y, CROUCH.z, 0, 0, 0, side)
@@ -50,7 +50,7 @@ local function move(joint, target)
     sim.setJointTargetPosition(arm[joint], target)
 end
 
--- Waits, but not longer than until the body is hit; returns whether it was.
+-- Waits until a time has passed or the body is hit; returns whether it was hit.
 local function rest(seconds)
     local until_time = sim.getSimulationTime() + seconds
     while sim.getSimulationTime() < until_time and not shaken do sim.step() end
@@ -107,7 +107,7 @@ function sysCall_actuation()
     local dt = sim.getSimulationTimeStep()
     local rate_x, rate_y = estimate_tilt(dt)
     watch(rate_x, rate_y)
-    -- Leaning ahead is a positive pitch, leaning to the left a negative roll: the torso goes the other way.
+    -- Leaning ahead is a positive pitch, leaning to the left a negative roll: the torso is shifted the opposite way.
     local part = dt / (RETURN_TIME + dt)
     shift_x = shift_x + part * (clamp(-TILT_GAIN * pitch - RATE_GAIN * rate_y, SHIFT_MOST) - shift_x)
     shift_y = shift_y + part * (clamp(TILT_GAIN * roll + RATE_GAIN * rate_x, SHIFT_MOST) - shift_y)

@@ -1,9 +1,9 @@
 -- Compares odometry, GPS and filter with the true position, which only a referee can read. Records the three errors,
 -- and raises an error if the filter is not better than both others over a run of two eights.
 
-local AXLE = 0.0445                   -- m, of the Pioneer's axle ahead of its base; all estimates refer to it
+local AXLE = 0.0445                   -- m, from the Pioneer's base ahead to its axle, to which all estimates refer
 local MAX_RUN = 80.0                  -- s
-local MAX_EKF = 1.0                   -- m, root mean square
+local MAX_EKF = 1.0                   -- m, maximum root mean square error
 
 local GREEN = {0.30, 0.85, 0.35}
 

@@ -10,7 +10,7 @@ local WHEEL_RADIUS = 0.0975           -- m; as the data sheet states it, for bot
 local TRACK = 0.331                   -- m, between the wheels
 local COUNTS_PER_TURN = 76600         -- of an encoder, per turn of the wheel
 
--- How certain the filter takes its sensors to be: standard deviations.
+-- Assumed uncertainty of the sensors: standard deviations.
 local SIGMA_WAY = 0.02                -- m per square root of a metre rolled
 local SIGMA_TURN = 0.003              -- rad per square root of a second
 local SIGMA_DRIFT = 1e-4              -- rad/s per square root of a second, of the gyroscope's offset
@@ -19,14 +19,14 @@ local START_POSITION = 0.3            -- m
 local START_HEADING = 0.1             -- rad
 local START_OFFSET = 0.02             -- rad/s
 local GATE = 9.21                     -- squared Mahalanobis distance that 1 % of good fixes exceed (chi-square)
-local ELLIPSE = 5.99                  -- the same for 5 %: the size of the drawn ellipse
+local ELLIPSE = 5.99                  -- the distance for 5 %: the size of the drawn ellipse
 
 local SPEED = 0.80                    -- m/s
 local ACCELERATION = 0.5              -- m/s^2
 local MAX_TURN = 1.2                  -- rad/s
 local LENGTH, WIDTH = 5.0, 2.5        -- m, half the extents of the eight
 local LOOK_AHEAD = 0.8                -- m
-local PERIODS = 2                     -- eights until all begins anew
+local PERIODS = 2                     -- eights until the run restarts
 local STANDSTILL = 4.0                -- s at the start, in which fixes are collected
 local HEADING = math.pi / 4           -- rad, at the start: a mark on the ground
 
@@ -46,7 +46,7 @@ end
 
 -- Sensors --------------------------------------------------------------------
 
--- Distance (m) and turn (rad) that the wheels have rolled since the last call.
+-- Returns the distance (m) and turn (rad) that the wheels have rolled since the last call.
 local function rolled()
     local l, r = tatu.read(left_encoder).ticks, tatu.read(right_encoder).ticks
     local per_count = 2 * math.pi * WHEEL_RADIUS / COUNTS_PER_TURN
@@ -55,7 +55,7 @@ local function rolled()
     return (way_left + way_right) / 2, (way_right - way_left) / TRACK
 end
 
--- A new fix of the GPS, x and y in m, or nil.
+-- Returns a new fix of the GPS, x and y in m, or nil.
 local function new_fix()
     local reading = tatu.read(gps)
     if reading.sequence == fix then return end
@@ -70,7 +70,7 @@ local function predict(way, rate, dt)
     local h = state:get(3) + turn / 2
     local c, s = math.cos(h), math.sin(h)
     state = state + Matrix{way * c, way * s, turn, 0}
-    -- Derivatives of the new state by the old one, and by the errors of way and turn.
+    -- Derivatives of the new state by the old one, and by the errors of distance and turn.
     local F = Matrix{
         {1, 0, -way * s, way * s * dt / 2},
         {0, 1, way * c, -way * c * dt / 2},
@@ -92,7 +92,7 @@ local function correct(x, y)
     local K = S:solve(H * P):t()
     state = state + K * innovation
     local rest = Matrix.eye(4) - K * H
-    P = rest * P * rest:t() + K * R * K:t()      -- Joseph's form: it stays symmetric and positive
+    P = rest * P * rest:t() + K * R * K:t()      -- Joseph form: P stays symmetric and positive definite
 end
 
 -- Course ---------------------------------------------------------------------
@@ -101,7 +101,7 @@ local function eight(phase)
     return LENGTH * math.sin(phase), WIDTH * math.sin(2 * phase)
 end
 
--- Moves the point that is chased along the course until it is LOOK_AHEAD away, and turns towards it.
+-- Moves the pursued point along the course until it is LOOK_AHEAD away, and turns towards it.
 local function steer(x, y, heading)
     local tx, ty = eight(phase)
     while math.sqrt((tx - x) ^ 2 + (ty - y) ^ 2) < LOOK_AHEAD do
@@ -161,7 +161,7 @@ local function publish()
     sim.setFloatSignal('ekf_y', state:get(2))
 end
 
--- Odometry begins where the filter is, so that both start with the same error.
+-- Odometry starts at the filter's estimate, so that both start with the same error.
 local function begin_run()
     run = run + 1
     phase = 0
@@ -176,7 +176,7 @@ local function median(numbers)
     return numbers[math.ceil(#numbers / 2)]
 end
 
--- At the start the robot stands, and takes the median of its fixes, which a reflection does not spoil.
+-- At the start, the robot stands still and uses the median of its fixes, which is robust to reflections.
 local function stand()
     local x, y = new_fix()
     if x then

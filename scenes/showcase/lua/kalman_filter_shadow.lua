@@ -1,7 +1,7 @@
 -- The world's part of the GPS: beside the tower too few satellites are visible, and the receiver has no fix.
--- This reads where the receiver truly is; the robot does not.
+-- This script reads the true position of the receiver; the robot does not.
 
-local SHADOW_X, SHADOW_Y = 2.8, 3.2   -- m: the shadow is where x is above the one, and |y| below the other
+local SHADOW_X, SHADOW_Y = 2.8, 3.2   -- m: the shadow is where x > SHADOW_X and |y| < SHADOW_Y
 
 function sysCall_init()
     receiver = sim.getObject('..')

@@ -1,27 +1,27 @@
 -- Follows a black line with two floor sensors, and drives around obstacles on it with the infrared sensors.
 --
--- Both floor sensors are dark on the line; the one that gets bright has left it (PD control). Before an obstacle the
--- robot turns to the left until the way is free, drives an arc to the right and keeps away from the obstacle on it, and
--- crosses the line behind it. The Thymio has no encoders: what it drives without seeing anything is timed.
+-- Both floor sensors read dark on the line; the one that turns bright has left it (PD control). In front of an
+-- obstacle, the robot turns to the left until the path is clear, drives an arc to the right at a distance from the
+-- obstacle, and crosses the line behind it. The Thymio has no encoders, so motions without sensor contact are timed.
 
 local RADIUS = 0.021            -- m, of the wheels
 local TOP_SPEED = 9.53          -- rad/s
 local CRUISE = 8.0              -- rad/s, on the line
 local GAIN = 4.5                -- rad/s of the wheels, if one sensor is bright and the other dark
-local GAIN_CHANGE = 0.15        -- rad/s per change of that in a second
-local SLOWER = 0.4              -- of CRUISE, if one sensor is bright
+local GAIN_CHANGE = 0.15        -- rad/s of the wheels, per change of the difference in a second
+local SLOWER = 0.4              -- fraction of CRUISE, if one sensor is bright
 local BRIGHT, DARK = 0.75, 0.10 -- readings of white floor and tape
-local SEARCH = 3.5              -- rad/s, turning on the spot when it has lost the line
+local SEARCH = 3.5              -- rad/s of the wheels, turning on the spot when the line is lost
 
-local STOP = 0.055              -- m: an obstacle ahead that is nearer is driven around
+local STOP = 0.055              -- m: distance to an obstacle ahead at which evasion starts
 local SPIN = 3.0                -- rad/s, turning on the spot
-local FARTHER = 0.35            -- s: that long it turns on when nothing is ahead any more
-local AROUND = 5.0              -- rad/s, around the obstacle
-local KEEP = 0.075              -- m, that the rightmost sensor should see to the obstacle
+local FARTHER = 0.35            -- s for which the robot keeps turning after the path is clear
+local AROUND = 5.0              -- rad/s of the wheels, around the obstacle
+local KEEP = 0.075              -- m, target distance of the rightmost sensor from the obstacle
 local GAIN_KEEP = 60            -- rad/s per m
-local BACK_TURN = 1.1           -- rad/s: turn to the right while it does not see the obstacle
-local LEAVE = 1.5               -- s: that long after it began to drive around, the line counts again
-local SENSORS_AHEAD = 0.074     -- m, of the floor sensors before the axle
+local BACK_TURN = 1.1           -- rad/s: turn to the right while the obstacle is not detected
+local LEAVE = 1.5               -- s after the start of evasion, from which the line is detected again
+local SENSORS_AHEAD = 0.074     -- m, distance of the floor sensors ahead of the axle
 
 local GREEN, YELLOW, RED = {0.20, 0.90, 0.35}, {0.95, 0.80, 0.20}, {0.95, 0.20, 0.15}
 
@@ -31,7 +31,7 @@ function sysCall_init()
     infrared = {}
     for i = 0, 4 do infrared[i] = sim.getObject(':/prox_horizontal_' .. i) end
     state, since = 'follow', 0
-    last_off, side, free_at = 0, 1, 0   -- side: where the line was seen last, 1 left, -1 right
+    last_off, side, free_at = 0, 1, 0   -- side of the last line detection: 1 left, -1 right
 end
 
 local function limit(value, most)
@@ -43,7 +43,7 @@ local function brightness(value)
     return math.max(0, math.min(1, (value - DARK) / (BRIGHT - DARK)))
 end
 
--- Distances of the five infrared sensors ahead, from left to right; infinity: nothing.
+-- Returns the distances of the five front infrared sensors, from left to right; infinity if nothing is detected.
 local function look_around()
     local d = {}
     for i = 0, 4 do
@@ -53,7 +53,7 @@ local function look_around()
     return d
 end
 
--- Each state gets the brightness on the left and on the right, the infrared distances and the time that it has lasted.
+-- Each state function receives the brightness on the left and right, the infrared distances and the time in this state.
 -- It returns the speed and the difference of the wheels (rad/s, positive turns left), and the next state.
 local states, lamps = {}, {follow = GREEN, turn_away = RED, around = RED, cross = YELLOW, align = YELLOW}
 
@@ -67,7 +67,7 @@ function states.follow(l, r, d)
     return CRUISE * (1 - SLOWER * math.abs(off)), GAIN * off + GAIN_CHANGE * change, 'follow'
 end
 
--- To the left until nothing is ahead and on the right, and a little farther, so that it does not touch the corner.
+-- To the left until ahead and right are free, and a little farther, so that the robot does not touch the corner.
 function states.turn_away(l, r, d, lasted)
     if math.min(d[1], d[2], d[3], d[4]) < math.huge then free_at = lasted + FARTHER end
     return 0, SPIN, lasted > free_at and 'around' or 'turn_away'

@@ -1,8 +1,8 @@
--- Referee: reads true positions, which the robot does not know. Counts laps, sees to it that the obstacles stay where
--- they are, and draws the path.
+-- Referee: reads true positions, which the robot does not know. Counts laps, checks that the robot does not push the
+-- obstacles, and draws the path.
 
 local LAP_LIMIT = 55            -- s
-local PUSHED = 0.003            -- m: an obstacle that has moved farther at once was pushed
+local PUSHED = 0.003            -- m: an obstacle that has moved by more than this beside the robot was pushed
 local EVERY = 0.1               -- s between two pieces of the path
 
 function sysCall_init()
@@ -24,7 +24,7 @@ function sysCall_sensing()
     local p = sim.getObjectPosition(robot)
     for i, obstacle in ipairs(obstacles) do
         local at = sim.getObjectPosition(obstacle)
-        -- A hand may move an obstacle, but not while the robot is beside it.
+        -- A user may move an obstacle, but not while the robot is beside it.
         if places[i] and distance(places[i], p) < 0.25 and distance(places[i], at) > PUSHED then
             error('the robot has pushed ' .. sim.getObjectAlias(obstacle))
         end

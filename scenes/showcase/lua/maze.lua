@@ -1,13 +1,13 @@
--- A micromouse: explores a maze of square cells, and then drives the shortest way that it knows to the goal.
+-- A micromouse: explores a maze of square cells, and then drives the shortest known path to the goal.
 --
--- Map. It numbers the cells by their distance to the target (flood fill, breadth first); walls that it has not seen
--- yet count as open. From each cell it drives to the neighbour with the least number. In each cell it looks for walls
--- to the left, ahead and to the right, and numbers again. At the goal it does the same with the start as the target,
--- which explores more cells. For the fast run, only passages that it has seen count as open.
+-- Map. The cells are numbered by their distance to the target (flood fill, breadth first); walls that were not observed
+-- yet count as open. From each cell, the robot drives to the neighbour with the smallest number. In each cell, it
+-- checks for walls to the left, ahead and to the right, and renumbers the cells. From the goal, it does the same with
+-- the start as the target, which explores more cells. For the fast run, only observed passages count as open.
 --
 -- Pose. An extended Kalman filter predicts with the wheel encoders, and corrects with the distances that four infrared
--- sensors measure to walls on the map (Thrun, Burgard, Fox, "Probabilistic Robotics", chapters 3 and 7). The robot
--- knows only where it starts, and the size of the maze.
+-- sensors measure to walls on the map (Thrun, Burgard, Fox, "Probabilistic Robotics", chapters 3 and 7). Only the start
+-- and the size of the maze are given.
 
 local Matrix = require 'matrix'
 
@@ -23,7 +23,7 @@ local RADIUS = 0.02             -- m, of the wheels
 local TRACK = 0.052             -- m, between the wheels
 local TOP_SPEED = 7.536         -- rad/s, of a wheel
 local RANGE = 0.07              -- m, of the infrared sensors
-local SENSORS = {               -- x, y (m) and heading (rad) on the robot; ps0 and ps7 look ahead, ps2 and ps5 aside
+local SENSORS = {               -- x, y (m) and heading (rad) on the robot; ps0 and ps7 face ahead, ps2 and ps5 sideways
     ps0 = {0.030, -0.010, math.rad(-17.2)}, ps2 = {0.0, -0.031, math.rad(-90)},
     ps7 = {0.030, 0.010, math.rad(17.1)}, ps5 = {0.0, 0.031, math.rad(90)},
 }
@@ -36,23 +36,23 @@ local ACCELERATION = 0.5        -- m/s^2
 local TURN = 4.0                -- rad/s
 local TURN_ACCELERATION = 20.0  -- rad/s^2
 local GAIN_HEADING = 8.0        -- rad/s per rad
-local GAIN_ASIDE = 8.0          -- rad of heading per m beside the middle of the corridor
-local LOOK = 0.02               -- m before the middle of a cell: there it looks for walls, and decides where to go
-local WALL_AHEAD = 0.060        -- m: nearer than this from ps0 or ps7 at that place, there is a wall (it reads 0.047)
-local WALL_ASIDE = 0.050        -- m: likewise from ps2 or ps5 (they read 0.024)
+local GAIN_ASIDE = 8.0          -- rad of heading per m of offset from the middle of the corridor
+local LOOK = 0.02               -- m before the middle of a cell, where walls are checked and the next heading is chosen
+local WALL_AHEAD = 0.060        -- m: a smaller reading of ps0 or ps7 at that point means a wall (which reads 0.047)
+local WALL_ASIDE = 0.050        -- m: the limit for ps2 and ps5 (which read 0.024)
 local PAUSE = 1.5               -- s at the goal and at the start
 
 -- The filter
-local SIGMA_TRAVEL = 0.02       -- m per root m of travel, of each wheel
-local SIGMA_INFRARED = 0.002    -- m: noise, the cone's width and the sizes of real walls
-local GATE = 3.0                -- standard deviations: what is farther off met something else, or the end of a wall
+local SIGMA_TRAVEL = 0.02       -- m per square root of a metre of travel, of each wheel
+local SIGMA_INFRARED = 0.002    -- m: includes noise, the width of the cone and the tolerances of real walls
+local GATE = 3.0                -- standard deviations: beyond this, the beam hit another object or the end of a wall
 
 -- Headings count 0 to 3: along +x, +y, -x, -y.
 local DX, DY = {[0] = 1, 0, -1, 0}, {[0] = 0, 1, 0, -1}
 
 --------------------------------------------------------------------------------------------------------------- the map
 
--- A wall is on one side of a cell; both cells share it. true: wall, false: passage, nil: not seen yet.
+-- A wall is on one side of a cell; both cells share it. true: wall, false: passage, nil: unknown.
 local walls = {}
 
 local function key(cx, cy, heading)
@@ -78,7 +78,7 @@ local function wall_of(cx, cy, heading)
     return get_wall(key(cx, cy, heading))
 end
 
--- Distances in cells to the targets. `cautious`: only passages that were seen are open.
+-- Returns the distances to the targets in cells. `cautious`: only observed passages count as open.
 local function flood(targets, cautious)
     local number, queue = {}, {}
     for _, t in ipairs(targets) do
@@ -101,7 +101,7 @@ local function flood(targets, cautious)
     return number
 end
 
--- Heading to the neighbour with the least number; among equals, rather straight ahead than turning.
+-- Returns the heading to the neighbour with the smallest number; among equals, straight ahead is preferred.
 local function best_heading(number, cx, cy, heading, cautious)
     local best, least
     for _, turn in ipairs{0, 1, 3, 2} do
@@ -131,7 +131,8 @@ local function predict(left_travel, right_travel)
     P = F * P * F:t() + V * Q * V:t()
 end
 
--- Distance from (x, y) along (ux, uy) to the next wall on the map that crosses x (axis 1) or y (axis 2), and its face.
+-- Returns the distance from (x, y) along (ux, uy) to the next wall on the map that crosses x (axis 1) or y (axis 2),
+-- and the position of its face.
 local function cast(axis, x, y, ux, uy)
     local along, aside, step, drift = x, y, ux, uy
     if axis == 2 then along, aside, step, drift = y, x, uy, ux end
@@ -180,7 +181,7 @@ local function new_drawings()
     end
 end
 
--- Cells by their number, walls that were seen, and the way from this cell to the target.
+-- Draws the cells by their number, the observed walls, and the path from this cell to the target.
 local function draw(number, cx, cy, heading, cautious)
     for i = 0, SHADES - 1 do sim.addDrawingObjectItem(shades[i], nil) end
     sim.addDrawingObjectItem(seen_walls, nil)
@@ -219,7 +220,7 @@ end
 
 --------------------------------------------------------------------------------------------------------------- driving
 
--- The runs, one after another; the last two are repeated.
+-- The runs, in order; the last two are repeated.
 local RUNS = {
     {name = 'explore', targets = GOALS, speed = EXPLORE}, {name = 'explore back', targets = START, speed = EXPLORE},
     {name = 'fast', targets = GOALS, speed = FAST, cautious = true},
@@ -234,13 +235,13 @@ function sysCall_init()
     pose = Matrix{CELL / 2, CELL / 2, math.pi / 2}
     P = Matrix.diag{1e-6, 1e-6, 1e-4}
     last_left, last_right = 0, 0
-    cx, cy, heading = 0, 0, 1   -- the cell to whose middle it drives, and the heading on the way
+    cx, cy, heading = 0, 0, 1   -- the cell to whose middle the robot drives, and its heading
     run, state, wake = 1, 'think', 0
     speed, rate = 0, 0
     new_drawings()
 end
 
--- The distances that the infrared sensors measure; what they do not see is far away.
+-- Returns the distances of the infrared sensors; infinity if nothing is detected.
 local function read_infrared()
     local d = {}
     for name, sensor in pairs(infrared) do
@@ -256,7 +257,7 @@ local function look_for_walls(d)
     set_wall(cx, cy, (heading + 3) % 4, d.ps2 < WALL_ASIDE)
 end
 
--- Looks for walls and returns the heading in which to go on, or nil at the target.
+-- Checks for walls and returns the next heading, or nil at the target.
 local function think(d)
     if RUNS[run].cautious == nil then look_for_walls(d) end
     local r = RUNS[run]
@@ -266,20 +267,20 @@ local function think(d)
     return best_heading(number, cx, cy, heading, r.cautious)
 end
 
--- At the target of a run: the next one begins after a pause.
+-- At the target of a run: the next run begins after a pause.
 local function finish(now)
     run = run < #RUNS and run + 1 or #RUNS - 1
     wake = now + PAUSE
     return 'wait'
 end
 
--- How far it still has to drive straight to the middle of its cell, and how far it is to the left of that line.
+-- Returns the remaining distance to the middle of the cell, and the offset to the left of that line.
 local function to_go()
     local x, y = pose:get(1) - (cx + 0.5) * CELL, pose:get(2) - (cy + 0.5) * CELL
     return -(x * DX[heading] + y * DY[heading]), y * DX[heading] - x * DY[heading]
 end
 
--- Wanted speed (m/s) and rate of turn (rad/s) of each state, and the next state.
+-- Each state function returns the desired speed (m/s) and yaw rate (rad/s), and the next state.
 local states = {}
 
 function states.wait(now)
@@ -310,7 +311,7 @@ function states.drive(now, d)
     if ahead < LOOK and not next_heading and not at_target then
         next_heading = think(d)
         at_target = not next_heading
-        if next_heading == heading then         -- straight on, without a stop
+        if next_heading == heading then         -- straight ahead, without a stop
             cx, cy, next_heading = cx + DX[heading], cy + DY[heading], nil
             ahead = ahead + CELL
         end
@@ -319,7 +320,7 @@ function states.drive(now, d)
         if at_target then return 0, 0, finish(now) end
         return 0, 0, 'turn'
     end
-    -- It stops at the middle of this cell unless it has not yet decided; LOOK is long enough to brake.
+    -- After the decision, the robot stops at the middle of this cell; LOOK is long enough to brake.
     local stop = (next_heading or at_target) and ahead or ahead + CELL
     local want = math.max(0.01, math.min(RUNS[run].speed, math.sqrt(2 * 0.8 * ACCELERATION * math.max(0, stop))))
     local course = heading * math.pi / 2 - math.max(-0.5, math.min(0.5, GAIN_ASIDE * aside))
@@ -348,7 +349,7 @@ function sysCall_actuation()
     local turn = rate * TRACK / 2
     sim.setJointTargetVelocity(left, math.max(-TOP_SPEED, math.min(TOP_SPEED, (speed - turn) / RADIUS)))
     sim.setJointTargetVelocity(right, math.max(-TOP_SPEED, math.min(TOP_SPEED, (speed + turn) / RADIUS)))
-    -- For the referee, which compares it with the truth.
+    -- The estimate, which the referee compares with the true position.
     sim.setFloatSignal('maze_x', pose:get(1))
     sim.setFloatSignal('maze_y', pose:get(2))
 end

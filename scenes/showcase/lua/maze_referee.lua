@@ -1,12 +1,12 @@
--- Referee: reads the true position of the robot, which the robot does not know. Takes the times of the runs, and
--- compares the robot's estimate of its position with the truth.
+-- Referee: reads the true position of the robot, which the robot does not know. Measures the times of the runs, and
+-- compares the robot's estimate of its position with the true one.
 
 local START = {0.0, 0.12}       -- m: x and y of the start are between these
-local GOAL = {0.36, 0.60}       -- m: likewise of the goal
-local FIRST_GOAL = 60           -- s: by then, the goal must have been found
-local FAST_GOAL = 105           -- s: by then, the fast run must have ended
-local REPEAT = 50               -- s: a later run must not take longer
-local MOST_ERROR = 0.02         -- m: the estimate must not be farther off
+local GOAL = {0.36, 0.60}       -- m: x and y of the goal are between these
+local FIRST_GOAL = 60           -- s: time limit for finding the goal
+local FAST_GOAL = 105           -- s: time limit for the end of the fast run
+local REPEAT = 50               -- s: time limit for a later run
+local MOST_ERROR = 0.02         -- m: maximum error of the estimate
 
 function sysCall_init()
     robot = sim.getObject('/ePuck')

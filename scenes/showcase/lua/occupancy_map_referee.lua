@@ -1,6 +1,6 @@
--- Starts the robot. When it has explored everything, compares its map with the floor plan, carries it back to its
--- start, and starts it again. Raises an error if the map is late, incomplete or wrong. Only a referee knows the plan
--- and the true position.
+-- Starts the robot. Once it has explored the whole apartment, compares its map with the floor plan, moves the robot
+-- back to its start, and restarts it. Raises an error if the map is late, incomplete or wrong. Only the referee knows
+-- the plan and the true position.
 
 local plan = require 'apartment_plan'
 
@@ -8,11 +8,11 @@ local APARTMENT = {-2.85, 0.0}        -- m, its middle in the world
 local CELL, COLUMNS, ROWS = 0.08, 70, 52
 local LEFT, BOTTOM = -2.8, -2.08      -- m, corner of the grid in the apartment's frame
 
-local MAX_TIME = 100.0                -- s for a map
+local MAX_TIME = 100.0                -- s, time limit for a map
 local PAUSE = 4.0                     -- s between two maps
-local LEAST_KNOWN = 0.95              -- part of the floor that must be free in the map
-local LEAST_TRUE = 0.95               -- part of the occupied cells that must be near a wall or a piece of furniture
-local TOLERANCE = 0.12                -- m: how near
+local LEAST_KNOWN = 0.95              -- fraction of the floor that must be free in the map
+local LEAST_TRUE = 0.95               -- fraction of the occupied cells that must be near a wall or furniture
+local TOLERANCE = 0.12                -- m: maximum distance of such a cell from the wall or furniture
 
 function sysCall_init()
     robot, graph = sim.getObject('/turtlebot3_burger'), sim.getObject('/Map')

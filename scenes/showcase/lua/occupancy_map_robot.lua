@@ -1,4 +1,4 @@
--- Maps the unknown: an occupancy grid with log-odds from laser and odometry, and frontier-based exploration.
+-- Mapping and exploration: an occupancy grid with log-odds from laser and odometry, and frontier-based exploration.
 --
 -- Occupancy grids: Thrun, Burgard, Fox, "Probabilistic Robotics", chapter 9.
 -- Exploration: Yamauchi, "A Frontier-Based Approach for Autonomous Exploration", CIRA 1997.
@@ -9,17 +9,17 @@ local COUNTS_PER_TURN = 4096          -- of an encoder
 local SCANNER_X = -0.032              -- m, of the scanner ahead of the axle
 local SCAN_TIME = 0.2                 -- s from the first to the last beam
 local BEAM_STEP = 2                   -- every second beam is used
-local RANGE = 1.4                     -- m; beams are not followed farther, because they are too far apart there
+local RANGE = 1.4                     -- m; beams are cut at this range, because they are too far apart beyond it
 local START = {-1.6, 0.6, -math.pi / 2}   -- x, y (m), heading (rad) in the frame of the map
 
 local CELL = 0.08                     -- m
 local COLUMNS, ROWS = 70, 52
 local LEFT, BOTTOM = -2.8, -2.08      -- m, corner of the grid
-local HIT, MISS, LIMIT = 0.9, -0.4, 4.0   -- log-odds: of a beam that ends in a cell or passes it; greatest amount
-local OCCUPIED, FREE = 0.5, -0.3      -- log-odds above and below which a cell counts as such
+local HIT, MISS, LIMIT = 0.9, -0.4, 4.0   -- log-odds of a beam that ends in a cell or passes it; maximum magnitude
+local OCCUPIED, FREE = 0.5, -0.3      -- log-odds above which a cell is occupied, and below which it is free
 
 local CLEARANCE = 0.28                -- m, from the axle to occupied cells; the robot's radius is 0.12
-local STOP, STOP_ANGLE = 0.20, 0.9    -- m and rad, from the scanner: what is nearer ahead stops the robot
+local STOP, STOP_ANGLE = 0.20, 0.9    -- m and rad, from the scanner: an obstacle within this sector stops the robot
 local PLAN_PERIOD = 0.4               -- s
 local DRAW_PERIOD = 1.0               -- s
 local LOOK_AHEAD = 0.16               -- m
@@ -27,7 +27,7 @@ local MAX_SPEED = 0.20                -- m/s
 local MAX_TURN = 1.6                  -- rad/s
 local ACCELERATION = 1.0              -- m/s^2
 
-local BOARD = {2.95, 0.0, 0.012}      -- m, where the origin of the map is drawn
+local BOARD = {2.95, 0.0, 0.012}      -- m, position at which the origin of the map is drawn
 
 function sysCall_init()
     left, right = sim.getObject(':/wheel_left_joint'), sim.getObject(':/wheel_right_joint')
@@ -42,13 +42,13 @@ function sysCall_init()
     run = 0
 end
 
--- The map begins anew, and the robot stands at START.
+-- Clears the map; the robot is at START.
 local function begin_run()
     run = run + 1
-    odds, seen_count = {}, 0          -- log-odds of the cells that have been seen
+    odds, seen_count = {}, 0          -- log-odds of the observed cells
     x, y, heading = table.unpack(START)
     last_left, last_right = nil, nil
-    history = {}                      -- of poses, the newest last
+    history = {}                      -- poses, the newest last
     way, target = {}, nil
     planned, drawn, scan_number = -math.huge, -math.huge, 0
     speed, explored = 0, false
@@ -69,7 +69,7 @@ local function integrate(now)
     if #history > 8 then table.remove(history, 1) end
 end
 
--- The pose at a time of the last few steps, between two that are known.
+-- Returns the pose at a time within the last few steps, interpolated between two stored poses.
 local function pose_at(time)
     local after = #history
     while after > 2 and history[after - 1].time > time do after = after - 1 end
@@ -90,8 +90,8 @@ local function middle_of(index)
     return LEFT + (index % COLUMNS + 0.5) * CELL, BOTTOM + (index // COLUMNS + 0.5) * CELL
 end
 
--- Bresenham's line from one cell to another: marks what it passes as missed, and its end as hit or
--- missed. A cell that any beam of a scan hits is not missed by the others, which graze it.
+-- Bresenham's line from one cell to another: marks the cells on it as missed, and its end as hit or missed. A cell that
+-- any beam of a scan hits is not marked as missed by other beams, which graze it.
 local function trace(marks, column, row, to_column, to_row, last)
     local dx, dy = math.abs(to_column - column), -math.abs(to_row - row)
     local step_x, step_y = column < to_column and 1 or -1, row < to_row and 1 or -1
@@ -111,7 +111,7 @@ local function inside(column, row)
     return column >= 0 and column < COLUMNS and row >= 0 and row < ROWS
 end
 
--- The beams of a scan are sent one after the other, the last one now, each from where the robot was at that time.
+-- The beams of a scan are sent one after the other, the last one now, each from the pose of the robot at that time.
 local function add_scan(scan, now)
     local marks = {}
     local beams = #scan.distance
@@ -139,7 +139,7 @@ end
 
 local NEIGHBOURS = {{1, 0}, {-1, 0}, {0, 1}, {0, -1}, {1, 1}, {1, -1}, {-1, 1}, {-1, -1}}
 
--- Cells that the axle must not enter, because something occupied is too near.
+-- Returns the cells that the axle must not enter, because an occupied cell is too near.
 local function blocked_cells()
     local reach = math.floor(CLEARANCE / CELL)
     local offsets = {}
@@ -167,8 +167,8 @@ local function is_frontier(index)
     return unknown >= 2
 end
 
--- Breadth-first search over free cells. Returns the cells in the order in which they are reached, and for each the one
--- that it is reached from. It goes on from cells for which `passable` is true.
+-- Breadth-first search over free cells. Returns the cells in the order in which they are reached, and the predecessor
+-- of each. Only cells for which `passable` is true are expanded.
 local function search(start, passable)
     local from, queue, head = {[start] = start}, {start}, 1
     while queue[head] do
@@ -193,8 +193,9 @@ local function way_back(from, cell, way)
     return way
 end
 
--- The way to the nearest frontier, or to the last target while that is still one, so that the robot does not waver
--- between two of the same distance. From a place that turned out to be too narrow, it leaves the shortest way first.
+-- Returns the path to the nearest frontier, or to the last target while that is still a frontier, so that the robot
+-- does not oscillate between two of the same distance. From a position that is too narrow, the path first leads out of
+-- it.
 local function plan()
     local blocked = blocked_cells()
     local column, row = cell_of(x, y)
@@ -229,7 +230,7 @@ local function drive(wanted, turn)
     sim.setJointTargetVelocity(right, (speed + turn * TRACK / 2) / WHEEL_RADIUS)
 end
 
--- Whether something is so near ahead that the robot must not drive on.
+-- Returns whether an obstacle ahead is so near that the robot must stop.
 local function obstacle_ahead(scan)
     for i, distance in ipairs(scan.distance) do
         if distance < STOP and math.abs(scan.angle[i]) < STOP_ANGLE then return true end
@@ -237,7 +238,8 @@ local function obstacle_ahead(scan)
     return false
 end
 
--- Drives towards the first cell of the way that is LOOK_AHEAD away, or the last; turns on the spot if that is behind.
+-- Drives towards the first cell of the path that is LOOK_AHEAD away, or the last one; turns on the spot if it is
+-- behind.
 local function follow()
     local tx, ty
     while way[1] do
@@ -304,7 +306,7 @@ end
 
 -- Steps ----------------------------------------------------------------------
 
--- For the referee: the map as numbers row by row, 0 where nothing is known.
+-- For the referee: returns the map as log-odds, row by row, 0 where nothing is known.
 local function publish_map()
     local all = {}
     for index = 0, COLUMNS * ROWS - 1 do all[index + 1] = odds[index] or 0 end
@@ -342,7 +344,7 @@ function sysCall_actuation()
 end
 
 function sysCall_sensing()
-    -- The start button: pressed with the number of a run.
+    -- The start button: a signal with the number of a run.
     if (sim.getInt32Signal('start') or 0) > run then begin_run() end
     if run == 0 then return end
     local now = sim.getSimulationTime() + sim.getSimulationTimeStep()      -- sensors measure at the end of the step

@@ -1,13 +1,13 @@
 -- Compares odometry and GPS with the true position, which only a referee can read; records both errors, draws the true
 -- path, and raises an error if the robot leaves the line or the errors are not what the scene is meant to show.
 
-local AXLE = 0.0445                   -- m, of the Pioneer's axle ahead of its base; odometry and antenna refer to it
+local AXLE = 0.0445                   -- m, from the Pioneer's base to its axle, to which odometry and antenna refer
 local STRAIGHT, RADIUS = 6.0, 2.5     -- m, of the course
-local MAX_OFFSET = 0.30               -- m beside the line
+local MAX_OFFSET = 0.30               -- m, maximum distance from the line
 local MAX_LAP = 40.0                  -- s
 local LAPS = 3
 local LEAST_DRIFT = 0.1               -- m; with two equal tyres, it is 0.3 m
-local MAX_GPS = 1.0                   -- m, root mean square of the GPS's error over all laps
+local MAX_GPS = 1.0                   -- m, maximum root mean square error of the GPS over all laps
 
 local GREEN = {0.30, 0.85, 0.35}
 
@@ -30,7 +30,7 @@ local function true_position()
     return m[4] + AXLE * m[1], m[8] + AXLE * m[5]
 end
 
--- Distance (m) from the line: two straights, joined by two half circles.
+-- Returns the distance (m) from the line: two straights, joined by two semicircles.
 local function offset(x, y)
     local beyond = math.max(0, math.abs(x) - STRAIGHT / 2)
     return math.abs(math.sqrt(beyond * beyond + y * y) - RADIUS)
@@ -59,7 +59,7 @@ local function record(x, y)
     local ox, oy = sim.getFloatSignal('odometry_x'), sim.getFloatSignal('odometry_y')
     local off = math.sqrt((ox - x) ^ 2 + (oy - y) ^ 2)
     worst = math.max(worst, off)
-    -- A fix is as good as it was when it was measured, until the next one.
+    -- The error of a fix is computed at the time of measurement, and held until the next fix.
     local reading = tatu.read(gps)
     if reading.sequence ~= fix and reading.valid == 1 then
         fix = reading.sequence

@@ -1,5 +1,5 @@
 -- Follows the line with the floor sensor, and integrates the encoders to a pose (dead reckoning). The pose is not used
--- for driving: the line leads, so that the drift is seen against a known course.
+-- for driving: the robot follows the line, which makes the drift visible against a known course.
 --
 -- Systematic errors of odometry, unequal wheels first among them: Borenstein and Feng, "Measurement and Correction of
 -- Systematic Odometry Errors in Mobile Robots", IEEE Transactions on Robotics and Automation 12 (1996).
@@ -11,7 +11,7 @@ local COUNTS_PER_TURN = 76600         -- of an encoder, per turn of the wheel
 local SPEED = 0.95                    -- m/s on the line
 local SEARCH_SPEED = 0.30             -- m/s without it
 local ACCELERATION = 0.8              -- m/s^2
-local GAIN = 6.0                      -- rad/s of turning per metre beside the line
+local GAIN = 6.0                      -- rad/s of yaw rate per metre of offset from the line
 local MAX_TURN = 1.5                  -- rad/s
 local SPOT_PITCH = 0.035              -- m, between the spots of the floor sensor
 local DARK, BRIGHT = 0.55, 0.85       -- values of pavement and paint
@@ -19,7 +19,7 @@ local DARK, BRIGHT = 0.55, 0.85       -- values of pavement and paint
 local SENSOR_AHEAD = 0.2              -- m, of the floor sensor ahead of the axle, to whose middle odometry refers
 local START = {-SENSOR_AHEAD, -2.5, 0.0}   -- x, y (m) and heading (rad) when the sensor meets the start line
 local LAPS = 3                        -- until the odometry is reset
-local DEBOUNCE = 10.0                 -- s; a start line sooner after the last one is the same
+local DEBOUNCE = 10.0                 -- s; a start line detected sooner after the last one is the same one
 
 local ORANGE, BLUE = {1.0, 0.55, 0.10}, {0.25, 0.55, 1.0}
 
@@ -32,10 +32,10 @@ function sysCall_init()
     ghost = sim.addDrawingObject(sim.drawing_lines, 5, 0, -1, 0, ORANGE)
     fixes = sim.addDrawingObject(sim.drawing_points, 5, 0, -1, 0, BLUE)
 
-    speed, side = 0, 0                -- m/s; where the line was seen last: positive to the left
+    speed, side = 0, 0                -- m/s; side of the last line detection: positive to the left
     lap = 0                           -- 0: on the way to the start line
-    crossed = -math.huge              -- s, when it was crossed last
-    fix = 0                           -- number of the last GPS fix that was drawn
+    crossed = -math.huge              -- s, time of the last crossing
+    fix = 0                           -- sequence number of the last GPS fix that was drawn
 end
 
 -- Odometry -------------------------------------------------------------------
@@ -47,8 +47,8 @@ local function reset_odometry()
     sim.addDrawingObjectItem(fixes, nil)
 end
 
--- Adds what the wheels have rolled since the last call. The arc is replaced by its chord, which has the direction of
--- the mean heading.
+-- Integrates the motion of the wheels since the last call. The arc is approximated by its chord, which has the
+-- direction of the mean heading.
 local function integrate()
     local l, r = tatu.read(left_encoder).ticks, tatu.read(right_encoder).ticks
     local per_count = 2 * math.pi * WHEEL_RADIUS / COUNTS_PER_TURN
@@ -64,7 +64,8 @@ end
 
 -- Line -----------------------------------------------------------------------
 
--- How bright the spots are from 0 (pavement) to 1 (paint): the line's place, and the least of all spots.
+-- Converts the spots to a range from 0 (pavement) to 1 (paint); returns the position of the line, and the minimum
+-- value.
 local function look(values)
     local sum, moment, least = 0, 0, 1
     local middle = (#values + 1) / 2
@@ -104,7 +105,7 @@ end
 
 -- Drawing --------------------------------------------------------------------
 
--- The robot as the odometry believes it: a ring with a line ahead.
+-- Draws the robot at the odometry pose: a ring with a line ahead.
 local function draw_ghost()
     local z, radius, corners = 0.26, 0.25, 16
     sim.addDrawingObjectItem(ghost, nil)

@@ -1,13 +1,13 @@
 -- A car parks in parallel, backwards, between two parked cars, and leaves again.
 --
--- Frame: the row of parked cars is the line y = 0, x points along the row; the robot is on its left. Encoders of the
--- rear wheels and the gyroscope predict the pose of the rear axle; a line fitted to the sides of the cars, which the
--- laser sees, corrects y and the heading. The beam straight to the right finds the edges of the gap.
+-- Frame: the row of parked cars is the line y = 0, x points along the row; the robot is to the left of it. The encoders
+-- of the rear wheels and the gyroscope predict the pose of the rear axle; a line fitted to the laser points on the
+-- sides of the cars corrects y and the heading. The beam straight to the right detects the edges of the gap.
 --
--- The rear wheels do not tell the heading: they slip in a bend, because the motor drives both at the same speed.
+-- The rear wheels cannot measure the heading: they slip in a bend, because the motor drives both at the same speed.
 --
--- Path: two arcs of the same radius that touch each other, first to the right, then to the left, each through the angle
--- theta. They shift the car aside by 2 R (1 - cos theta), and back by 2 R sin theta.
+-- Path: two tangent arcs of the same radius, first to the right, then to the left, each through the angle theta. They
+-- shift the car sideways by 2 R (1 - cos theta), and back by 2 R sin theta.
 
 local WHEELBASE = 0.3302        -- m
 local RADIUS = 0.05             -- m, of the wheels
@@ -15,22 +15,22 @@ local HALF_WIDTH = 0.155        -- m, of the car
 local REAR, FRONT = 0.12, 0.46  -- m, from the rear axle to the bumpers
 local SCANNER_X = 0.265         -- m, ahead of the rear axle
 
-local LANE = 0.36               -- m from the row, while it searches
+local LANE = 0.36               -- m from the row, while searching
 local TURN_RADIUS = 0.80        -- m, of the arcs
-local LEAST_RADIUS = 0.745      -- m: what the car can do
+local LEAST_RADIUS = 0.745      -- m: minimum turning radius of the car
 local STEER = math.atan(WHEELBASE / TURN_RADIUS)
 local STEER_MOST = 0.418        -- rad
 local LEAST_GAP = 1.08          -- m, for one move backwards; the car is 0.58 m long
 local BEHIND = 0.09             -- m to the car behind, at the end of the second arc
-local BEHIND_OUT = 0.06         -- m to the car behind, before it leaves
+local BEHIND_OUT = 0.06         -- m to the car behind, before leaving
 local SEARCH, PARK, RETURN = 0.45, 0.3, 0.6     -- m/s
 local BRAKE = 0.5               -- m/s^2
 local LAG = 0.2                 -- s: the car follows a new speed with this time constant
-local CREEP = 0.04              -- m/s: the least speed
-local SETTLE = 0.35             -- s: it stands while the wheels are turned
+local CREEP = 0.04              -- m/s: minimum speed
+local SETTLE = 0.35             -- s: standstill while the wheels are steered
 local PARKED = 4.0              -- s
-local EDGE = 0.15               -- m: what is that much farther away than the row is the gap
-local FIRST = 0.3               -- m: edges count from this x on
+local EDGE = 0.15               -- m: points this much farther away than the row belong to the gap
+local FIRST = 0.3               -- m: edges at smaller x are ignored
 
 local GREEN, BLUE, ORANGE = {0.15, 0.70, 0.30}, {0.15, 0.40, 0.90}, {0.95, 0.45, 0.10}
 
@@ -48,11 +48,11 @@ function sysCall_init()
     plan_drawing = sim.addDrawingObject(sim.drawing_lines, 3, 0, -1, 0, BLUE)
     trail = sim.addDrawingObject(sim.drawing_lines + sim.drawing_cyclic, 3, 0, -1, 400, ORANGE)
     last_x, last_y, seen, front = x, y, 0, math.huge
-    bias, samples = 0, 0        -- rad/s: what the gyroscope measures at rest
+    bias, samples = 0, 0        -- rad/s: reading of the gyroscope at rest
     state, since = 'rest', 0
 end
 
------------------------------------------------------------------------------------------------------------ where it is
+---------------------------------------------------------------------------------------------------------- localization
 
 local function predict()
     local ahead = 0
@@ -62,7 +62,7 @@ local function predict()
     end
     velocity = ahead / sim.getSimulationTimeStep()
     local rate = tatu.read(imu).angular_velocity[3]
-    if state == 'rest' then     -- it stands: what the gyroscope measures is its bias
+    if state == 'rest' then     -- at rest, the reading of the gyroscope is its bias
         samples = math.min(samples + 1, 500)
         bias = bias + (rate - bias) / samples
     end
@@ -71,8 +71,8 @@ local function predict()
     heading = heading + turn
 end
 
--- Distance of the rear axle to the row, and heading along it, by least squares through the points of the row. nil, if
--- too few are seen.
+-- Returns the distance of the rear axle to the row, and the heading relative to it, by least squares through the points
+-- of the row, or nil if there are too few points.
 local function fit_row(scan)
     local points, nearest = {}, math.huge
     for i = 1, #scan.distance // 2, 3 do
@@ -96,21 +96,21 @@ local function fit_row(scan)
     return (sy - slope * sx) / n * math.cos(angle), angle
 end
 
--- Only while it drives along the row: in the gap, the sides of the cars are not beside it.
+-- Only while driving along the row: in the gap, the sides of the cars are not beside the robot.
 local function correct(scan)
     local row, angle = fit_row(scan)
     if not row or math.abs(row - y) > 0.15 or math.abs(angle - heading) > 0.15 then return end
     y, heading = y + 0.15 * (row - y), heading + 0.1 * (angle - heading)
 end
 
--- Distance of the beams around a direction, m: the mean of five.
+-- Returns the mean distance of five beams around a direction, m.
 local function beam(scan, angle)
     local middle, sum = math.floor((angle - scan.angle[1]) / (scan.angle[2] - scan.angle[1]) + 0.5) + 1, 0
     for i = middle - 2, middle + 2 do sum = sum + math.min(3, scan.distance[i]) end
     return sum / 5
 end
 
-------------------------------------------------------------------------------------------------------- what it will do
+-------------------------------------------------------------------------------------------------------------- planning
 
 local function draw_gap()
     sim.addDrawingObjectItem(gap_drawing, nil)
@@ -119,7 +119,7 @@ local function draw_gap()
     end
 end
 
--- The path of the rear axle: the arcs backwards from (x, y) with heading 0.
+-- Draws the path of the rear axle: the arcs backwards from (x, y) with heading 0.
 local function plan()
     local aside = y + HALF_WIDTH
     theta = math.acos(1 - aside / (2 * TURN_RADIUS))
@@ -135,7 +135,7 @@ local function plan()
     end
 end
 
--- Where the rear axle must stop before it goes backwards, so that the second arc ends BEHIND before the car behind.
+-- Returns where the rear axle must stop before reversing, so that the second arc ends at BEHIND from the car behind.
 local function start_of_arcs()
     local angle = math.acos(1 - (LANE + HALF_WIDTH) / (2 * TURN_RADIUS))
     return gap_from + BEHIND + REAR + 2 * TURN_RADIUS * math.sin(angle)
@@ -146,15 +146,15 @@ local function along_lane(way)
     return limit(-1.5 * (y - LANE) - way * 1.2 * heading, 0.3)
 end
 
--- A speed that still lets it stop within a distance, and whether it is time to stop.
+-- Returns a speed from which the car can stop within a distance, and whether to stop now.
 local function approach(speed, distance)
     distance = distance - LAG * math.abs(velocity)
     return math.max(CREEP, math.min(speed, math.sqrt(2 * BRAKE * math.max(0, distance)))), distance < 0.003
 end
 
--- Each state returns speed (m/s), steering (rad) and the next state. `lasted`: s since it began.
+-- Each state function returns speed (m/s), steering (rad) and the next state. `lasted`: s since the state began.
 local states = {}
-local LOOKS = {search = true, pass = true, centre = true, again = true}     -- those that use the laser
+local LOOKS = {search = true, pass = true, centre = true, again = true}     -- states that use the laser
 
 function states.search(lasted, scan)
     correct(scan)
@@ -186,8 +186,8 @@ end
 
 function states.arc_right(lasted)
     if lasted < SETTLE then return 0, -STEER, 'arc_right' end
-    -- It ends where an arc to the left leads to the middle of the row.
-    -- Both arcs become steeper by as much, so half of the rest is left for this one.
+    -- This arc ends where an arc to the left leads to the middle of the row.
+    -- Both arcs contribute equally to the remaining shift, so this one accounts for half of it.
     local aside = (y + HALF_WIDTH - TURN_RADIUS * (1 - math.cos(heading))) / 2
     local speed, there = approach(PARK, aside / math.max(0.1, math.sin(heading)))
     if there then return 0, STEER, 'arc_left' end
@@ -196,7 +196,7 @@ end
 
 function states.arc_left(lasted)
     if lasted < SETTLE then return 0, STEER, 'arc_left' end
-    -- The radius of the arc that leads from here to the middle of the row corrects what the first arc has missed.
+    -- The radius of the arc from here to the middle of the row corrects the error of the first arc.
     local radius = (y + HALF_WIDTH) / math.max(1e-4, 1 - math.cos(heading))
     local steer = heading > 0.15 and math.atan(WHEELBASE / math.max(LEAST_RADIUS, radius)) or STEER
     local speed, there = approach(PARK, heading * TURN_RADIUS)
@@ -204,7 +204,7 @@ function states.arc_left(lasted)
     return -speed, steer, 'arc_left'
 end
 
--- Forward, until there is as much room ahead as behind.
+-- Forward, until the distances ahead and behind are equal.
 function states.centre(lasted, scan)
     if lasted < SETTLE then return 0, 0, 'centre' end
     local room = (gap_to - gap_from - FRONT - REAR) / 2
@@ -240,7 +240,7 @@ function states.out_right(lasted)
     return speed, -STEER, 'out_right'
 end
 
--- Backwards along the row to where it began.
+-- Backwards along the row to the starting position.
 function states.again(lasted, scan)
     if lasted < SETTLE then return 0, 0, 'again' end
     correct(scan)

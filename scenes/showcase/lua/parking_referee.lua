@@ -1,13 +1,13 @@
--- Referee: reads true poses, which the robot does not know. Measures how well the car is parked, and moves the cars
+-- Referee: reads true poses, which the robot does not know. Measures the accuracy of the parked car, and moves the cars
 -- ahead of the gap before each search, so that the gap is different each time.
 
-local GAPS = {1.15, 1.25, 1.18, 1.3}    -- m, one after another
+local GAPS = {1.15, 1.25, 1.18, 1.3}    -- m, in order
 local REAR_EDGE = 1.01          -- m: x of the front bumper of the car behind the gap
 local CAR = 0.58                -- m: length of the cars
-local MIDDLE = 0.171            -- m, of the car ahead of its frame, which is at the rear axle
-local FIRST, LATER = 30, 50     -- s: until it is parked, and until it is parked again
+local MIDDLE = 0.171            -- m, distance of the car's middle ahead of its frame, which is at the rear axle
+local FIRST, LATER = 30, 50     -- s: time limits until the car is first parked, and until it is parked again
 local STILL = 2.0               -- s at rest that count as parked
-local ASIDE = 0.06              -- m: the middle of the car may be that far beside the middle of the row
+local ASIDE = 0.06              -- m: maximum offset of the middle of the car from the middle of the row
 local SLANT = math.rad(5)       -- rad
 local TOUCH = 0.005             -- m
 local CLOSE = 0.3               -- m: larger distances are not measured

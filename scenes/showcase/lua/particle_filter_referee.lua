@@ -1,12 +1,12 @@
--- Compares the robot's estimate with the truth, which only a referee can read. When the estimate has been right for a
--- while, it carries the robot to another place, without telling it. Raises an error if the robot takes too long.
+-- Compares the robot's estimate with the true pose, which only a referee can read. When the estimate has been right for
+-- a while, moves the robot to another position without informing it. Raises an error if localization is too slow.
 
 local PLACES = {{1.2, 0.9, 180}, {1.6, -0.8, 90}, {-1.2, -0.9, 20}, {0.3, -0.6, -60}, {-1.6, 0.6, -90}}  -- m, m, deg
 
-local NEAR, HEADING_NEAR = 0.15, math.rad(12)     -- m, rad: what counts as right
-local HOLD = 3.0                      -- s that the estimate must stay right
-local MAX_TIME = 60.0                 -- s to find out
-local REST = 10.0                     -- s from then on until the robot is carried away
+local NEAR, HEADING_NEAR = 0.15, math.rad(12)     -- m, rad: tolerance of a correct estimate
+local HOLD = 3.0                      -- s for which the estimate must stay correct
+local MAX_TIME = 60.0                 -- s, time limit for localization
+local REST = 10.0                     -- s from localization until the robot is moved
 
 function sysCall_init()
     robot, graph = sim.getObject('/turtlebot3_burger'), sim.getObject('/Error')

@@ -11,24 +11,24 @@ local COUNTS_PER_TURN = 4096          -- of an encoder
 local SCANNER_X = -0.032              -- m, of the scanner ahead of the axle
 local SCAN_TIME = 0.2                 -- s from the first to the last beam
 
-local LOST, SURE = 1500, 300          -- particles while the place is unknown, and once it is known
-local SURE_SPREAD = 0.12              -- m; below it, the place is known
+local LOST, SURE = 1500, 300          -- particles while the position is unknown, and once it is known
+local SURE_SPREAD = 0.12              -- m; below this spread, the position is known
 local BEAM_STEP = 30                  -- every 30th beam is used: 12 of 360
-local RANGE = 1.3                     -- m; farther echoes are not used, so that many places look alike at first
+local RANGE = 1.3                     -- m; farther echoes are not used, so that many positions look alike at first
 local CELL = 0.05                     -- m, of the likelihood field
-local SIGMA_HIT = 0.08                -- m: how far from a surface the end of a beam may be
-local FLOOR = 0.05                    -- likelihood of any end, relative to one on a surface: things that the plan lacks
+local SIGMA_HIT = 0.08                -- m: standard deviation of a beam's end from a surface
+local FLOOR = 0.05                    -- likelihood of an unmapped object, relative to a beam's end on a surface
 local TEMPER = 0.2                    -- exponent of the likelihood: neighbouring beams do not err independently
-local NOISE_WAY, NOISE_TURN = 0.10, 0.10      -- standard deviation of a motion, relative to it
-local LEAST_WAY, LEAST_TURN = 0.004, 0.015    -- m, rad: the least standard deviations of a motion
-local SLOW, FAST = 0.03, 0.30         -- gains of the two averages of the weights that tell whether scans still fit
-local RESAMPLE = 0.6                  -- part of the particles that must carry weight; below it, they are drawn anew
+local NOISE_WAY, NOISE_TURN = 0.10, 0.10      -- standard deviation of a motion, relative to its size
+local LEAST_WAY, LEAST_TURN = 0.004, 0.015    -- m, rad: the minimum standard deviations of a motion
+local SLOW, FAST = 0.03, 0.30         -- gains of the two averages of the weights, which show whether scans still fit
+local RESAMPLE = 0.6                  -- minimum effective fraction of the particles; below it, they are resampled
 local NEAR = 0.30                     -- m around the best particle, within which the estimate is averaged
 
 local MAX_SPEED = 0.20                -- m/s
 local SPOT_TURN = 1.0                 -- rad/s, on the spot
 local HALF_LANE = 0.16                -- m: half the width of the lane that must be free
-local STOP, GO = 0.32, 0.50           -- m ahead: nearer, it turns; it turns until the lane is free up to the other
+local STOP, GO = 0.32, 0.50           -- m ahead: an obstacle within STOP starts a turn; a lane free up to GO ends it
 local SLOW_DOWN = 0.80                -- m ahead
 
 local RED, GREEN, BLUE = {0.90, 0.12, 0.12}, {0.10, 0.65, 0.25}, {0.10, 0.40, 0.95}
@@ -40,7 +40,7 @@ function sysCall_init()
     cloud = sim.addDrawingObject(sim.drawing_lines, 2, 0, -1, 0, RED)
     scan_points = sim.addDrawingObject(sim.drawing_points, 6, 0, -1, 0, BLUE)
     mark = sim.addDrawingObject(sim.drawing_lines, 5, 0, -1, 0, GREEN)
-    x, y, heading = 0, 0, 0           -- odometry, from wherever the robot was switched on
+    x, y, heading = 0, 0, 0           -- odometry, relative to the pose at the start
     history = {}
     scan_number = 0
     build_field()
@@ -52,7 +52,7 @@ end
 
 -- Map ------------------------------------------------------------------------
 
--- The likelihood of an end of a beam in each cell of the map, and the cells in which the robot can be.
+-- Computes the likelihood of a beam's end in each cell of the map, and the cells in which the robot can be.
 function build_field()
     columns, rows = math.ceil(plan.width / CELL) + 4, math.ceil(plan.depth / CELL) + 4
     left_edge, bottom_edge = -columns * CELL / 2, -rows * CELL / 2
@@ -89,7 +89,7 @@ local function integrate(now)
     if #history > 8 then table.remove(history, 1) end
 end
 
--- The pose at a time of the last few steps, between two that are known.
+-- Returns the pose at a time within the last few steps, interpolated between two stored poses.
 local function pose_at(time)
     local after = #history
     while after > 2 and history[after - 1].time > time do after = after - 1 end
@@ -106,7 +106,7 @@ local function gauss(sigma)
     return sigma * math.sqrt(-2 * math.log(1 - math.random())) * math.cos(2 * math.pi * math.random())
 end
 
--- The ends of some beams in the robot's frame. Each was sent from where the robot was at that time; the last one now.
+-- Returns the ends of some beams in the robot's frame. Each was sent from the pose at that time; the last one now.
 local function beam_ends(scan, now)
     local ends, beams = {}, #scan.distance
     local c, s = math.cos(heading), math.sin(heading)
@@ -123,7 +123,7 @@ local function beam_ends(scan, now)
     return ends
 end
 
--- Moves all particles as the odometry has moved since the last scan, each with an error of its own.
+-- Moves all particles by the odometry's motion since the last scan, each with an independent random error.
 local function move()
     local old = moved_from or {x, y, heading}
     moved_from = {x, y, heading}
@@ -155,8 +155,8 @@ local function likelihood(p, ends)
     return math.exp(TEMPER * sum)
 end
 
--- Weighs the particles by the scan, and follows how well scans fit: if they do worse than they used to, some particles
--- must be placed at random. Returns the part of them.
+-- Weights the particles by the scan, and tracks how well scans fit: if they fit worse than before, some particles must
+-- be placed at random. Returns the fraction of such particles.
 local function weigh(ends)
     local total, fit = 0, 0
     for _, p in ipairs(particles) do
@@ -172,7 +172,7 @@ local function weigh(ends)
     return math.max(0, 1 - weight_fast / weight_slow)
 end
 
--- Draws particles in proportion to their weights, at even distances along the sum of the weights.
+-- Resamples particles in proportion to their weights, at equal distances along the sum of the weights.
 local function resample(count, random_part)
     local drawn, i = {}, 1
     local at, sum = math.random() / count, particles[1][4]
@@ -195,7 +195,7 @@ local function carrying()
     return 1 / squares
 end
 
--- The mean of the particles near the best one, and the spread of all.
+-- Returns the mean of the particles near the best one, and the spread of all.
 local function estimate()
     local best = particles[1]
     for _, p in ipairs(particles) do if p[4] > best[4] then best = p end end
@@ -227,7 +227,7 @@ end
 
 -- Driving --------------------------------------------------------------------
 
--- How far the lane ahead is free (m), and on which side there is more room: 1 left, -1 right.
+-- Returns the free length of the lane ahead (m), and the side with more room: 1 left, -1 right.
 local function look(scan)
     local free, room = math.huge, 0
     for i, distance in ipairs(scan.distance) do
@@ -241,7 +241,7 @@ local function look(scan)
     return free, room > 0 and 1 or -1
 end
 
--- Drives on, and turns on the spot before obstacles; a side, once chosen, is kept until the lane is free.
+-- Drives on, and turns on the spot in front of obstacles; a chosen side is retained until the lane is free.
 local function wander(scan)
     local free, roomy = look(scan)
     if free < STOP or (side and free < GO) then
@@ -288,7 +288,7 @@ function sysCall_sensing()
     if scan.sequence == scan_number then return end
     scan_number = scan.sequence
     speed, turn = wander(scan)
-    if #history < 5 then return end       -- without a past, the beams of a scan have no poses
+    if #history < 5 then return end       -- without a history, the beams of a scan have no poses
     draw(localize(scan, now))
     -- For the referee.
     sim.setFloatSignal('guess_x', guess[1])

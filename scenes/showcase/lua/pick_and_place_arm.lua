@@ -1,8 +1,8 @@
--- The Panda finds cubes in the images of a camera above its table, builds a tower of them in a given order, takes the
--- tower apart, lays the cubes down at random places, and begins again.
+-- The Panda locates cubes in the images of a camera above its table, stacks them to a tower in a given order,
+-- dismantles the tower, places the cubes at random positions, and starts over.
 --
--- It reads its joints and the camera. Whatever it does next follows from the last image, so a cube that somebody moves,
--- or a tower that falls, only costs time. Lengths are in m in the frame of the arm's base, which stands on the table.
+-- Inputs are the joints and the camera. Each action depends only on the last image, so a cube that a user moves, or a
+-- tower that falls, only costs time. Lengths are in m in the frame of the arm's base, which stands on the table.
 
 local CUBE = 0.045                        -- m: edge of a cube
 local ORDER = {'blue', 'green', 'yellow', 'orange', 'red'}                            -- from the bottom of the tower up
@@ -10,30 +10,30 @@ local HUES = {red = 0, orange = 28, yellow = 52, green = 130, blue = 215}       
 
 local PAD = {0.52, 0.0}                   -- m: middle of the tower
 local PAD_RADIUS = 0.07                   -- m: a cube whose middle is nearer than this stands on the pad
-local FIELD = {x = {0.41, 0.64}, y = {0.13, 0.27}}      -- m: where cubes are laid down, on both sides of the pad
-local SPACING = 0.105                     -- m: least distance of cubes that are laid down; the fingers need room
+local FIELD = {x = {0.41, 0.64}, y = {0.13, 0.27}}      -- m: region in which cubes are placed, on both sides of the pad
+local SPACING = 0.105                     -- m: minimum distance between placed cubes; the fingers need room
 
-local CAMERA = {0.55, 0.0, 1.20}          -- m: the camera looks down; its x axis is that of the base
-local LEAST_HEIGHT = 0.02                 -- m: what is lower is the table
+local CAMERA = {0.55, 0.0, 1.20}          -- m: the camera faces down; its x axis is that of the base
+local LEAST_HEIGHT = 0.02                 -- m: lower points belong to the table
 local TOP_BAND = 0.012                    -- m: points this far below the highest ones belong to a cube's upper face
-local LEAST_POINTS = 40                   -- an upper face has at least as many
+local LEAST_POINTS = 40                   -- minimum number of points of an upper face
 
 local TCP = 0.1034                        -- m: from the flange to the tool centre of the hand
-local WAIT_AT = {0.33, 0.0, 0.42}         -- m: where the hand does not hide anything from the camera
-local CLEARANCE = 0.10                    -- m: between the tower and what is carried over it
+local WAIT_AT = {0.33, 0.0, 0.42}         -- m: position in which the hand is outside the camera's view
+local CLEARANCE = 0.10                    -- m: clearance between the tower and a cube that is carried over it
 local OPEN = 0.04                         -- m: position of a finger
 local GRIP_TIME = 0.5                     -- s
 local LIFT_SPEED = 0.22                   -- m/s: mean speed of straight moves
-local PACE = 0.40                         -- part of the greatest velocities and accelerations that moves use
+local PACE = 0.40                         -- fraction of the maximum velocities and accelerations that moves use
 local MAX_VELOCITY = {2.175, 2.175, 2.175, 2.175, 2.61, 2.61, 2.61}      -- rad/s
 local MAX_ACCELERATION = {15, 7.5, 10, 12.5, 15, 20, 20}                 -- rad/s^2
 local MAX_JERK = {7500, 3750, 5000, 6250, 7500, 10000, 10000}            -- rad/s^3
 
 local joints, finger, kinematics, camera, marks
 
--- Seeing --------------------------------------------------------------------------------------------------------------
+-- Vision --------------------------------------------------------------------------------------------------------------
 
--- The hue of a colour in degrees, or nil if it is nearly grey.
+-- Returns the hue of a colour in degrees, or nil if it is nearly grey.
 local function hue(r, g, b)
     local most, least = math.max(r, g, b), math.min(r, g, b)
     local chroma = most - least
@@ -52,7 +52,7 @@ local function nearest_name(h)
     return best
 end
 
--- Points of the image above the table, sorted by the colour of the cube that they belong to.
+-- Returns the points of the image above the table, grouped by the colour of their cube.
 local function coloured_points()
     sim.handleVisionSensor(camera)
     local image = tatu.read(camera)
@@ -67,7 +67,7 @@ local function coloured_points()
                 if h then
                     local name = nearest_name(h)
                     points[name] = points[name] or {}
-                    -- The camera is turned by 180 degrees about its x axis, and its image has +x to the left.
+                    -- The camera is rotated by 180 degrees about its x axis, and its image has +x to the left.
                     table.insert(points[name], {
                         CAMERA[1] - (column - cx) * depth / fx, CAMERA[2] - (row - cy) * depth / fy, height})
                 end
@@ -78,7 +78,7 @@ local function coloured_points()
     return points
 end
 
--- Middle, height and turn of the upper face that points belong to, or nil if they are too few.
+-- Returns middle, height and rotation of the upper face that points belong to, or nil if there are too few points.
 local function upper_face(points)
     if #points < LEAST_POINTS then return nil end
     table.sort(points, function(a, b) return a[3] > b[3] end)
@@ -92,8 +92,8 @@ local function upper_face(points)
     end
     if #face < LEAST_POINTS then return nil end
     x, y, z = x / #face, y / #face, z / #face
-    -- A square repeats after a quarter turn, so the mean of the fourth powers of its points, as complex numbers about
-    -- the middle, has four times its angle. It is negative for a square along the axes.
+    -- A square has quarter-turn symmetry, so the mean of the fourth powers of its points, as complex numbers about the
+    -- middle, has four times its angle. That mean is negative for a square along the axes.
     local re, im = 0, 0
     for _, p in ipairs(face) do
         local u, v = p[1] - x, p[2] - y
@@ -103,7 +103,7 @@ local function upper_face(points)
     return {x = x, y = y, top = z, yaw = math.atan(-im, -re) / 4}
 end
 
--- Draws a frame around the upper face of each cube that was seen.
+-- Draws a frame around the upper face of each detected cube.
 local function draw(cubes)
     sim.addDrawingObjectItem(marks, nil)
     local base = sim.getObjectPosition(sim.getObject(':'))
@@ -121,7 +121,7 @@ local function draw(cubes)
     end
 end
 
--- What the camera sees: cubes by colour.
+-- Returns the cubes that the camera detects, by colour.
 local function look()
     local cubes = {}
     for name, points in pairs(coloured_points()) do cubes[name] = upper_face(points) end
@@ -133,7 +133,7 @@ local function on_pad(cube)
     return math.sqrt((cube.x - PAD[1]) ^ 2 + (cube.y - PAD[2]) ^ 2) < PAD_RADIUS
 end
 
--- The colour of the highest cube on the pad, and the cube.
+-- Returns the colour of the highest cube on the pad, and the cube.
 local function top_of_pad(cubes)
     local best
     for name, cube in pairs(cubes) do
@@ -142,7 +142,7 @@ local function top_of_pad(cubes)
     return best, cubes[best]
 end
 
--- Moving --------------------------------------------------------------------------------------------------------------
+-- Motion --------------------------------------------------------------------------------------------------------------
 
 local function positions()
     local q = {}
@@ -156,11 +156,12 @@ local function scaled(values)
     return out
 end
 
--- Joints for a hand that points down, its fingers' line turned by `yaw` from the y axis, tool centre at x, y, z.
+-- Returns the joint angles for a hand that points down, with the line of its fingers rotated by `yaw` from the y axis,
+-- and the tool centre at x, y, z.
 local function solve(x, y, z, yaw)
-    local half = yaw / 2 - math.pi / 8      -- the flange is turned by 45 degrees against the hand
+    local half = yaw / 2 - math.pi / 8      -- the flange is rotated by 45 degrees relative to the hand
     local pose = {x, y, z + TCP, math.cos(half), math.sin(half), 0, 0}
-    -- The elbow stays in the vertical plane through the target if joint 7 makes up for bearing and yaw.
+    -- The elbow stays in the vertical plane through the target if joint 7 compensates for bearing and yaw.
     local solutions = kinematics:inverse(pose, math.pi / 4 + math.atan(y, x) - yaw, positions())
     if #solutions == 0 then error(string.format('the place at %.3f %.3f %.3f m is out of reach', x, y, z)) end
     return solutions[1]
@@ -174,7 +175,7 @@ local function move(x, y, z, yaw)
     sim.wait(0.1)
 end
 
--- A straight line along z, at rest at both ends.
+-- Moves along z in a straight line, at rest at both ends.
 local function lift(x, y, from, to, yaw)
     local seconds = math.max(0.5, math.abs(to - from) / LIFT_SPEED)
     local start, t = sim.getSimulationTime(), 0
@@ -192,13 +193,13 @@ local function grip(position)
     sim.wait(GRIP_TIME)
 end
 
--- Goes out of the camera's way, and returns what it sees from there.
+-- Moves the hand out of the camera's view, and returns the cubes that the camera detects.
 local function go_and_look()
     move(WAIT_AT[1], WAIT_AT[2], WAIT_AT[3], 0)
     return look()
 end
 
--- Grips a cube that was seen, and lifts it to a height. Returns whether the fingers hold it.
+-- Grips a detected cube, and lifts it to a height. Returns whether the fingers hold it.
 local function pick(cube, high)
     local z = cube.top - CUBE / 2
     move(cube.x, cube.y, high, cube.yaw)
@@ -211,17 +212,17 @@ local function pick(cube, high)
     return held
 end
 
--- Puts down what it holds, its middle at the height z.
+-- Puts down the held cube, with its middle at the height z.
 local function put(x, y, z, yaw, high)
     move(x, y, high, yaw)
-    lift(x, y, high, z + 0.001, yaw)      -- the cube drops the last millimetre, rather than being pressed down
+    lift(x, y, high, z + 0.001, yaw)      -- the cube drops the last millimetre instead of being pressed down
     grip(OPEN)
     lift(x, y, z + 0.001, high, yaw)
 end
 
 -- The task ------------------------------------------------------------------------------------------------------------
 
--- A random place in the field with enough room around it.
+-- Returns a random position in the field with enough room around it.
 local function free_place(cubes)
     for _ = 1, 500 do
         local side = math.random() < 0.5 and -1 or 1
@@ -236,7 +237,7 @@ local function free_place(cubes)
     error('no free place in the field for another cube')
 end
 
--- Takes cubes from the pad, the highest first, until it is empty.
+-- Removes cubes from the pad, the highest first, until it is empty.
 local function clear_pad()
     local cubes = go_and_look()
     local name, cube = top_of_pad(cubes)
@@ -252,7 +253,7 @@ local function clear_pad()
     end
 end
 
--- Builds the tower. Returns whether the camera sees it growing as it should.
+-- Builds the tower. Returns whether the camera confirms each step.
 local function build_tower()
     for level, name in ipairs(ORDER) do
         local high = level * CUBE + CLEARANCE
@@ -264,7 +265,7 @@ local function build_tower()
             elseif cube then
                 return false
             else
-                sim.wait(1)      -- somebody has taken it
+                sim.wait(1)      -- a user has removed it
             end
         end
         put(PAD[1], PAD[2], (level - 0.5) * CUBE, 0, high)

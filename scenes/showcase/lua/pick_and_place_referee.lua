@@ -1,12 +1,12 @@
--- The referee: it reads the true positions of the cubes, which the arm never does, and raises an error if no tower has
--- been completed in time.
+-- The referee: reads the true positions of the cubes, which the arm never does, and raises an error if no tower is
+-- completed in time.
 
 local CUBES = {'/blue', '/green', '/yellow', '/orange', '/red'}      -- from the bottom up
 local EDGE = 0.045           -- m
 local TABLE = 0.74           -- m: height of the table
-local OFFSET_MOST = 0.015    -- m: of a cube from the one below it, level
-local FIRST_MOST = 75        -- s: until the first tower stands
-local NEXT_MOST = 150        -- s: from one tower to the next
+local OFFSET_MOST = 0.015    -- m: maximum horizontal offset of a cube from the one below
+local FIRST_MOST = 75        -- s: time limit for the first tower
+local NEXT_MOST = 150        -- s: time limit from one tower to the next
 
 local cubes = {}
 local since, towers, standing = 0, 0, false

@@ -1,35 +1,36 @@
--- An artificial potential field (Khatib, 1986): the goal attracts the robot, and what its scanner sees repels it. The
--- other robots are obstacles as all others; nobody tells it where they are.
+-- An artificial potential field (Khatib, 1986): the goal attracts the robot, and obstacles in its scan repel it. The
+-- other robots are ordinary obstacles; their positions are not communicated.
 --
--- Attraction and repulsion alone have local minima, where both cancel out: head-on before a pillar or another robot. A
--- part of the repulsion is therefore turned by 90 degrees, so that the field flows around what is in the way, always
--- with the obstacle on the left: robots that meet both keep to the right.
+-- Attraction and repulsion alone have local minima, where both cancel out: head-on in front of a pillar or another
+-- robot. A part of the repulsion is therefore rotated by 90 degrees, so that the field flows around obstacles, always
+-- with the obstacle on the left: two robots that meet both keep to the right.
 
 local base = require 'turtlebot3_base'
 
--- Where each robot stands at first, and where it goes to and back: x, y (m) and heading (deg), in the arena's frame.
+-- The first position of each robot, and the position to which it drives and from which it returns: x, y (m) and heading
+-- (deg), in the arena's frame.
 local ROBOTS = {
     red = {start = {-1.5, -1.0, 35}, goal = {1.5, 1.0}, color = {0.90, 0.20, 0.15}},
     blue = {start = {1.5, 1.0, 215}, goal = {-1.5, -1.0}, color = {0.20, 0.45, 0.95}},
     green = {start = {-1.5, 1.0, -35}, goal = {1.5, -1.0}, color = {0.20, 0.70, 0.30}},
     yellow = {start = {1.5, -1.0, 145}, goal = {-1.5, 1.0}, color = {0.95, 0.75, 0.10}},
 }
-local ROUND = 36                -- s: after that the robots change places again
+local ROUND = 36                -- s: period after which the robots change places again
 
--- The field; forces are numbers without a unit.
-local ATTRACTION = 1.0          -- its size far from the goal
-local NEAR_GOAL = 0.4           -- m: nearer, it falls linearly to 0 (a parabolic potential, far away a conical one)
+-- The field; forces are dimensionless.
+local ATTRACTION = 1.0          -- magnitude far from the goal
+local NEAR_GOAL = 0.4           -- m: within this distance, the attraction falls linearly to 0 (parabolic potential)
 local REPULSION = 0.08
 local EDGE = 0.15               -- m
-local REACH = 0.55              -- m: nothing farther away repels
-local LEAST = 0.13              -- m: distances count as no less than this
-local SWIRL = 0.8               -- of the repulsion, turned by 90 degrees
+local REACH = 0.55              -- m: obstacles farther away do not repel
+local LEAST = 0.13              -- m: smaller distances are clamped to this value
+local SWIRL = 0.8               -- fraction of the repulsion that is rotated by 90 degrees
 local ARRIVED = 0.05            -- m
 
 local SPEED = 0.18              -- m/s at a force of 1
 local GAIN_TURN = 2.5           -- rad/s per rad between the heading and the force
-local ARROW = 0.35              -- m: how long a force of 1 is drawn
-local ARROW_Z = 0.22            -- m: above the robot
+local ARROW = 0.35              -- m: drawn length of a force of 1
+local ARROW_Z = 0.22            -- m: height of the arrows
 
 function sysCall_init()
     local me = ROBOTS[sim.getObjectAlias(sim.getObject('..'))]
@@ -53,19 +54,19 @@ local function attraction(dx, dy)
     return size * dx, size * dy
 end
 
--- The force of one obstacle, whose nearest point is at a distance (m) and in a direction (rad).
+-- Returns the force of one obstacle, whose nearest point is at a distance (m) and in a direction (rad).
 local function push(distance, direction)
     distance = math.max(distance, LEAST)
     local size = REPULSION * (1 / distance - 1 / REACH) / (distance * distance)
     return -size * math.cos(direction), -size * math.sin(direction)
 end
 
--- The sum of the forces of all obstacles, in the frame of the robot. Neighbouring beams whose distances differ by less
--- than EDGE belong to one obstacle, however many they are.
+-- Returns the sum of the forces of all obstacles, in the frame of the robot. Neighbouring beams whose distances differ
+-- by less than EDGE belong to one obstacle, regardless of their number.
 local function repulsion(scan)
     local d, n, first = scan.distance, #scan.distance, 1
     for i = 1, n do
-        if d[i] >= REACH then first = i break end       -- not in the middle of an obstacle
+        if d[i] >= REACH then first = i break end       -- start outside of any obstacle
     end
     local fx, fy, nearest = 0, 0, nil
     for k = 0, n do
@@ -92,7 +93,7 @@ local function decide(scan, x, y, heading, goal)
     local c, s = math.cos(heading), math.sin(heading)
     local rx, ry = repulsion(scan)
     rx, ry = c * rx - s * ry, s * rx + c * ry
-    -- The swirl: only around what is in the way.
+    -- The swirl: only around obstacles on the side of the goal.
     local against = -(rx * ax + ry * ay) / math.max(1e-6, math.sqrt((rx * rx + ry * ry) * (ax * ax + ay * ay)))
     local swirl = SWIRL * math.max(0, against)
     local sx, sy = -swirl * ry, swirl * rx

@@ -1,5 +1,5 @@
--- Referee: reads true positions, which the robots do not know. At the end of each round all robots must be on their
--- places, and none may touch another or a pillar.
+-- Referee: reads true positions, which the robots do not know. At the end of each round, all robots must be at their
+-- target positions, and none may touch another robot or a pillar.
 
 local ROUND = 36                -- s
 local PLACES = {                -- m: x and y at the end of odd rounds; at the end of even ones the robots are back

@@ -1,8 +1,8 @@
--- The referee: it reads the true pose of the trunk, records tilt and height, and raises an error if the robot falls or
--- needs too long from one end of the course to the other.
+-- The referee: reads the true pose of the trunk, records tilt and height, and raises an error if the robot falls or
+-- takes too long from one end of the course to the other.
 
 local ENDS = {3.6, 0.4}          -- m: x of the trunk from which the far and the near end count as reached
-local TIME_MOST = 28             -- s: from one end to the other, with the turn
+local TIME_MOST = 28             -- s: time limit from one end to the other, including the turn
 local TILT_MOST = math.rad(35)
 
 local robot, graph, streams

@@ -1,20 +1,20 @@
--- The walker leads the quadruped to the ends of the course in turn. The robot's own controller trots: it is given a
--- speed ahead and a turning rate, and its feet feel where the ground is. Place is known from a satellite receiver with
--- corrections, heading from the attitude that the IMU reports.
+-- The walker steers the quadruped to the two ends of the course, alternately. The robot's own controller trots: it
+-- receives a forward speed and a turning rate, and detects the ground by contact sensors. The position is measured by a
+-- satellite receiver with corrections, the heading by the IMU.
 
 local GOALS = {{4.0, 0.0}, {0.0, 0.0}}      -- m: ends of the course
-local NEAR = 0.25                           -- m: a goal is reached
+local NEAR = 0.25                           -- m: distance at which a goal counts as reached
 local SPEED = 0.35                          -- m/s
 local TURN_GAIN = 1.2                       -- 1/s: turning rate per rad of bearing
 local TURN_MOST = 0.7                       -- rad/s
-local AHEAD = math.rad(35)                  -- beyond this bearing it turns on the spot
+local AHEAD = math.rad(35)                  -- beyond this bearing, the robot turns on the spot
 local SMOOTH = 0.4                          -- weight of a new fix of the receiver
-local PAUSE = 1.0                           -- s: it stands at the ends of the course
+local PAUSE = 1.0                           -- s: pause at the ends of the course
 
 local robot, imu, gps, x, y
 local goal, last_fix, wait_until = 1, 0, 1.0
 
--- Angle from where the robot faces to where the goal is, rad.
+-- Returns the bearing of the goal relative to the robot's heading, rad.
 local function bearing()
     local q = tatu.read(imu).orientation
     local heading = math.atan(2 * (q[4] * q[3] + q[1] * q[2]), 1 - 2 * (q[2] ^ 2 + q[3] ^ 2))

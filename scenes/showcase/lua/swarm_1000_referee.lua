@@ -1,13 +1,13 @@
--- The referee: it reads the true positions of all motes, counts the cells of the floor that hold at least one, and
--- raises an error if they have not spread out in time, or if one has left the arena or fallen over.
+-- The referee: reads the true positions of all motes, counts the cells of the floor that contain at least one, and
+-- raises an error if the motes do not spread out in time, or if one leaves the arena or falls over.
 
 local SIDE = 6.0            -- m, of the arena
 local CELL = 0.5            -- m
 local EVERY = 10            -- steps between two counts
-local GOAL = 0.70           -- part of the cells that must be taken ...
+local GOAL = 0.70           -- fraction of the cells that must be occupied ...
 local GOAL_TIME = 8         -- ... after this time, s
-local TILT_MOST = 0.5       -- rad; a mote that is tilted more has fallen over
-local FALLEN_MOST = 0       -- motes
+local TILT_MOST = 0.5       -- rad; a mote tilted by more than this has fallen over
+local FALLEN_MOST = 0       -- maximum number of motes that have fallen over
 
 local motes, graph, stream
 local step, told, covered = 0, false, 0

@@ -1,10 +1,10 @@
--- What controllers of a TurtleBot3 share: odometry from its wheel encoders, its scans, and driving by speed and rate.
+-- Functions shared by controllers of a TurtleBot3: odometry from wheel encoders, scans, and driving by speed and rate.
 --
 --   local base = require 'turtlebot3_base'
---   function sysCall_init() base.init(0, 0, 0) end          -- where it stands in the odometry frame
+--   function sysCall_init() base.init(0, 0, 0) end          -- initial pose in the odometry frame
 --   function sysCall_actuation()
 --       local x, y, heading = base.odometry()                -- in each step
---       local scan = base.new_scan()                         -- nil, if there is no new one
+--       local scan = base.new_scan()                         -- nil if there is no new one
 --       base.drive(0.1, 0.5)                                 -- m/s, rad/s
 --   end
 
@@ -34,7 +34,7 @@ function base.init(x0, y0, heading0)
     x, y, heading, last_left, last_right = x0, y0, heading0, 0, 0
 end
 
--- The pose in the odometry frame, m and rad: each step is taken as an arc.
+-- Returns the pose in the odometry frame, m and rad: each step is integrated as an arc.
 function base.odometry()
     local l, r = tatu.read(left_encoder), tatu.read(right_encoder)
     if l.sequence == 0 then return x, y, heading end
@@ -46,7 +46,7 @@ function base.odometry()
     return x, y, heading
 end
 
--- The last scan if it is a new one: distance and angle, lists of 360 numbers.
+-- Returns the last scan if it is a new one: distance and angle, lists of 360 values.
 function base.new_scan()
     local scan = tatu.read(scanner)
     if scan.sequence == seen then return nil end

@@ -52,7 +52,7 @@ fn a_file_of_rows_is_continued_and_any_other_is_left_alone() {
     for other in ["my thesis, without an end of line", "my thesis\n", "{\"name\": 1}\n"] {
         place.write("thesis.txt", other);
         let refused = to("thesis.txt");
-        assert!(refused.code == 2 && refused.err.contains("no row of a sweep"), "{}", refused.err);
+        assert!(refused.code == 2 && refused.err.contains("not a row of a sweep"), "{}", refused.err);
         assert_eq!(fs::read_to_string(place.path().join("thesis.txt")).unwrap(), other);
     }
     let parquet = to("rows.parquet");

@@ -15,7 +15,7 @@ NUMBER(rays, "How many rays it has.", 0);
 NUMBER(mass, "Cannot change while it lives.", TATU_PARAM_REBUILDS);
 static const tatu_param *const params[] = {&range, &rays, &mass, NULL};
 
-/* An instance: its parameters, and how often and with which bits it was configured. */
+/* An instance: its parameters, the number of its configurations, and the bits of changed parameters. */
 typedef struct gauge { double params[3], configured, changed; } gauge;
 static tatu_status create(void *self, const tatu_instance *info, void **data, tatu_error *error) {
   gauge *g = calloc(1, sizeof *g);

@@ -106,7 +106,7 @@ fn nonsense_is_told_and_the_rest_works() {
         ("`proximity.detected`", &["element i32", "declares f64"]),
         ("`proximity.distance`", &["unit m", "declares s"]),
         ("`proximity.point`", &["shape 3", "declares 2"]),
-        ("`proximity.normal`", &["no field"]),
+        ("`proximity.normal`", &["lacks its field"]),
     ] {
         told(&[words, &["org.example.wrong", "libtatu_wrong", "sensor `nose`", parameter]].concat());
     }

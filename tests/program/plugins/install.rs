@@ -276,7 +276,7 @@ fn archives_with_anything_but_plain_files_are_refused_whole() {
     // Truncated archives.
     let bytes = gzip(&tar(&[good]));
     archive(&place, "cut.tar.gz", &bytes[..bytes.len() / 2]);
-    install(&place, &["cut.tar.gz"]).refused(&["error[E330]", "cannot be unpacked", "get it again"]);
+    install(&place, &["cut.tar.gz"]).refused(&["error[E330]", "cannot be unpacked", "download or copy it again"]);
     archive(&place, "cut.zip", &zip(&[("libtatu_hello.so", 0o644, &library)])[..1000]);
     install(&place, &["cut.zip"]).refused(&["error[E330]", "cannot be unpacked"]);
     assert!(!place.path().join(".data").join("tatu/plugins").exists());

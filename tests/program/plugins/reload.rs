@@ -184,7 +184,7 @@ static const tatu_life world_life = {.size = sizeof world_life, .state_bytes = s
   .destroy = end, .version = 1};
 static const tatu_ext_command command = {.size = sizeof command, .commands = commands, .per_world = &world_life};
 
-/* The sensor keeps its sum in memory of its own, and its number of readings in the block. */
+/* The sensor stores its sum in its own memory, and its number of readings in the state block. */
 static tatu_status create(void *self, const tatu_instance *given, void **data, tatu_error *error) {
   (void)self; (void)given;
   if (CREATE < 0) return tatu_fail(error, TATU_ERR, "this version makes none");

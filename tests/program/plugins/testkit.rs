@@ -215,7 +215,7 @@ TATU_TEST(counts) {
   count = tatu_test_call(t, "example.count", NULL, 0);
   TATU_CHECK(count.tag == TATU_I64 && count.u.i == 1);
   TATU_CHECK(t->host->call(t->world, "example.count", NULL, 0, all, 2, &n) == TATU_OK && n == 1 && all[0].u.i == 2);
-  /* A world of its own counts anew. */
+  /* In a new world, the count restarts. */
   tatu_test_scene(t, "format = 1");
   TATU_CHECK(tatu_test_call(t, "example.count", NULL, 0).u.i == 1);
 }

@@ -96,7 +96,7 @@ impl Running {
 
 impl Drop for Running {
     fn drop(&mut self) {
-        // A failed test must not leave a program behind that waits for ever.
+        // A failed test must not leave behind a program that waits indefinitely.
         let _ = self.child.kill();
         let _ = self.child.wait();
     }

@@ -160,7 +160,7 @@ scan = last['/scan']
 n = len(scan['ranges'])
 assert n == 682 and abs(scan['angle_min'] + (n - 1) * scan['angle_increment'] - scan['angle_max']) < 1e-6, n
 ahead = scan['ranges'][round(-scan['angle_min'] / scan['angle_increment'])]
-# What is not seen is null in JSON.
+# Beams without a hit are null in JSON.
 assert any(r is None for r in scan['ranges']) and ahead is None or 0.1 < ahead < 4.1, ahead
 image = last['/image']
 assert (image['width'], image['height'], image['encoding'], image['step']) == (160, 120, 'rgb8', 480)
@@ -168,7 +168,7 @@ assert len(base64.b64decode(image['data'])) == 160 * 120 * 3
 depth = struct.unpack('<19200f', base64.b64decode(last['/depth']['data']))
 points = base64.b64decode(last['/points']['data'])
 K = last['/camera_info']['K']
-# The same pixel by both ways, in the lower half, where the floor is: y points down.
+# The same pixel in both messages, in the lower half, which shows the floor: y points down.
 row, column = 100, 40
 x, y, z = struct.unpack_from('<3f', points, 12 * (160 * row + column))
 assert abs(z - depth[160 * row + column]) < 1e-6 and y > 0 and x < 0, (x, y, z)
@@ -187,8 +187,8 @@ assert frames['odom']['header']['frame_id'] == 'map' and frames['base_link']['he
 laser = frames[scan['header']['frame_id']]
 assert laser['header']['frame_id'] == 'base_link'
 t, q = laser['transform']['translation'], laser['transform']['rotation']
-# The scanner looks ahead: its frame in that of ROS is not turned.
-# Seen from the driven axle, which is 44.5 mm ahead of the robot's origin.
+# The scanner faces ahead, so its ROS frame is not rotated.
+# Positions are relative to the driven axle, which is 44.5 mm ahead of the robot's origin.
 assert abs(t['x'] - (0.12 - 0.0445)) < 1e-9 and abs(t['z'] - 0.2) < 1e-9 and abs(abs(q['w']) - 1) < 1e-9, laser
 camera = frames[image['header']['frame_id']]['transform']['rotation']
 assert all(abs(abs(camera[k]) - 0.5) < 1e-9 for k in 'xyzw'), camera
@@ -239,7 +239,7 @@ assert ros.get_param('gain') == 3
 assert ros.get_param('/use_sim_time') is True and ros.get_param('use_sim_time') is True
 details = call('/rosapi/message_details', type='geometry_msgs/Twist')['typedefs']
 assert details[0]['fieldnames'] == ['linear', 'angular'] and len(details) == 2, details
-# Whoever serves dies: the one who waits is told.
+# If the server of a call exits, the waiting caller receives an error.
 import threading
 told = []
 def ask():
@@ -425,7 +425,7 @@ script = { kind = "threaded", text = """
 function sysCall_threadmain()
     local result = simROS.advertise('/result', 'std_msgs/Int64', 1, true)
     local client = simROS.serviceClient('/add', 'example_interfaces/AddTwoInts')
-    -- A script's service is called at once, a client's when the client answers.
+    -- A call to a script's service returns immediately, one to a client's service when the client answers.
     local inner = simROS.call(simROS.serviceClient('/double', 'example_interfaces/AddTwoInts'), {a = 1, b = 2}).sum
     while true do
         local ok, response = pcall(simROS.call, client, {a = 40, b = inner})

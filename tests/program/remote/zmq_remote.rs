@@ -74,7 +74,7 @@ import time
 while sim.getSimulationState() != sim.simulation_stopped:
     time.sleep(0.01)
 assert sim.getObjectPosition(robot) == begin
-# A run that nobody steps goes on by itself.
+# Without stepping, a run proceeds by itself.
 sim.setStepping(False)
 sim.startSimulation()
 while sim.getSimulationTime() < 1:
@@ -229,13 +229,13 @@ def add(a, b):
     calls += 1
     return a + b
 assert sim.testCB(21, add, 21, 9) == 42 and calls == 10, calls
-# Within a function the client calls commands, and functions within functions.
+# A callback can call commands, and commands that call callbacks.
 def deep(a, b):
     assert sim.testCB(a, add, b, 0) == a + b
     return sim.getObject('/Pioneer_p3dx')
 robot = sim.getObject('/Pioneer_p3dx')
 assert sim.testCB(1, deep, 2, 3) == robot
-# An error of a command stays one, and the client goes on.
+# An error of a command in a callback is passed on, and the client can continue.
 def wrong(a, b):
     sim.getObject('/nope')
 try:
@@ -259,7 +259,7 @@ seen = []
 def on_move(data):
     seen.append(data['pose'][0])
     sim.setFloatSignal('x', data['pose'][0])
-# Time stands for everybody.
+# During a callback, the simulation time stands still, even in a command that waits.
 sim.startSimulation()
 while sim.getSimulationTime() == 0:
     pass

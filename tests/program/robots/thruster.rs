@@ -293,7 +293,7 @@ static tatu_status init(const tatu_host *host, void **self, tatu_error *error) {
   key = scene->prop(host, "motor.effort");
   return TATU_OK;
 }
-/* Adds to a motor's effort by the functions for numbers. */
+/* Adds to a motor's effort through the functions for scalar properties. */
 static tatu_status add(tatu_call *call) {
   tatu_object object = tatu_arg_object(call, 0);
   double x = 0;

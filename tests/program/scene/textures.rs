@@ -148,7 +148,7 @@ fn pieces_of_a_mesh_file_have_their_colors() {
     assert!(again.contains("color = [1.0, 0.0, 0.0]") && again.contains("color = [0.0, 1.0, 0.0]"), "{again}");
     std::fs::remove_file(place.path().join("two.mtl")).unwrap();
     let done = place.tatu(&["look", "two.obj", "-o", "two.png"]).good();
-    assert!(done.err.contains("the materials in `two.mtl` are left out"), "{}", done.err);
+    assert!(done.err.contains("the materials in `two.mtl` are ignored"), "{}", done.err);
 }
 
 /// Three spots above the squares blue, white, blue.

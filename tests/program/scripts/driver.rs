@@ -300,8 +300,8 @@ fn a_plugin_runs_stages_and_is_refused_those_that_run() {
         function sysCall_actuation()
             refused('requested from within itself: the step -> actuate -> /child -> actuate', 1, 0)
             refused('unknown stage 9', 9, 0)
-            refused('finite time', 2, 0 / 0)
-            refused('finite time', 2, -1)
+            refused('must be finite', 2, 0 / 0)
+            refused('at least 0 s', 2, -1)
             refused('at most 100 s', 2, 1e6)
             -- Runs physics once more than the step itself.
             stage.run(2, sim.getSimulationTimeStep())

@@ -175,7 +175,7 @@ fn drawings_take_items_until_they_are_full() {
             local apart = sim.addDrawingObject(sim.drawing_spherepoints, 0.1, 0.5, -1, 0, red)
             is(sim.addDrawingObjectItem(apart, {0, 0, 0}), 1)
             is(sim.addDrawingObjectItem(apart, {0.4, 0, 0}), 0)
-            -- Faces have a normal, and these a colour of their own.
+            -- Items of faces have a normal, and in this object also a colour.
             local faces = simAddDrawingObject(sim_drawing_quadpoints + sim_drawing_itemcolors, 0.1, 0, -1, 0, red)
             is(simAddDrawingObjectItem(faces, {0, 0, 0, 0, 0, 1, 1, 1, 0}), 1)
             if pcall(sim.addDrawingObjectItem, faces, {0, 0, 0}) then error('an item of 3 numbers') end

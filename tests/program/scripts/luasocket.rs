@@ -459,7 +459,7 @@ fn the_program_of_bubblerob_is_started_or_stood_in_for() {
     let refused = place.run(&["--seconds", "1"]).good();
     refused.tells(&["bubbleRobServer", "--allow exec", "--allow net=127.0.0.1:*"]);
     let built_in = drives_and_is_repeated(&place, "net=127.0.0.1:*");
-    built_in.tells(&["bubbleRobServer is not started: a built-in server answers"]);
+    built_in.tells(&["bubbleRobServer does not exist; the built-in substitute listens"]);
 
     // A program of the user, which takes some time until it listens.
     let place = bubblerob(free_port());

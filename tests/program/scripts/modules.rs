@@ -46,7 +46,7 @@ for _, pair in ipairs{
     assert(back == pair[1] and math.type(back) == math.type(pair[1]) and after == #pair[2] / 2 + 1, pair[2])
 end
 assert(hex(cbor.encode{}) == 'a0' and hex(cbor.encode{1, {2, 3}, {4, 5}}) == '8301820203820405')
--- Of indefinite length, tagged, and with a null inside.
+-- Items of indefinite length, tagged items, and a list that contains null.
 assert(cbor.decode(bytes'7f657374726561646d696e67ff') == 'streaming')
 assert(#cbor.decode(bytes'9f018202039f0405ffff') == 3 and cbor.decode(bytes'bf61610161629f0203ffff').b[2] == 3)
 assert(select(3, cbor.decode(bytes'c11a514b67b0')) == 'TAG_1' and cbor.decode(bytes'c11a514b67b0') == 1363896240)
@@ -145,7 +145,7 @@ loglevel = LOG.ERROR
 local g = GCodeInterpreter:new()
 local function run(text) return g:runProgram(text) end
 local function near(a, b) if math.abs(a - b) > 1e-9 then error(a .. ' is not ' .. b, 2) end end
--- The last point of a path; its longest step.
+-- The last point of a path, and the longest step of a path.
 local function last(way) return table.unpack(way[2], #way[2] - 5) end
 local function step(way)
     local most, p = 0, way[2]
@@ -208,14 +208,14 @@ function sysCall_init()
     assert(box:getPosition(d)[3] == 3 and box.worldPose[2] == 2)
     box.customData.n, sim.scene.signal.n = 7, 8
     assert(box.customData.n == 7 and plain.getInt32Signal('n') == 8 and box.customData.m == nil)
-    -- Methods by the names that fit the object's kind.
+    -- Methods by the names for the kind of object.
     hinge:setTargetVelocity(0.5)
     assert(plain.getJointTargetVelocity(hinge.handle) == 0.5 and hinge.targetVelocity == 0.5)
     box:setParent(d, true)
     assert(box.parent == d)
     box.parent = nil
     assert(box.parent == nil)
-    -- Functions take objects.
+    -- Functions accept objects.
     assert(sim.getObjectAlias(box) == 'cube' and sim.Object(box.handle) == box)
     assert(sim.scene.simulationTime == 0 and sim.app.platform == 2 and sim.version == 2)
     assert(#sim.scene:getObjects() >= 3)

@@ -124,7 +124,7 @@ fn what_cannot_be_told_reads_as_nothing_or_as_the_range() {
 fn settings_that_cannot_be_are_refused_by_name() {
     for (keys, words) in [
         ("start_angle_deg = 10.0\nend_angle_deg = -10.0", ["`end_angle`", "greater"]),
-        ("rays = 1000000\nlayers = 100", ["16777216", "in all"]),
+        ("rays = 1000000\nlayers = 100", ["16777216", "in total"]),
         ("min_range_m = 11.0", ["`range`", "`min_range`"]),
         ("full_intensity_m = 0.0", ["`full_intensity`", "more than 0"]),
         ("elevations_deg = [0.0, 100.0]", ["elevations_deg", "1.57"]),

@@ -366,7 +366,7 @@ fn six_sensors_make_an_image_of_all_around() {
             local all, far = sim.getObject('/all'), sim.getObject('/far')
             assert(simVision.handleSpherical(all, six, 2 * math.pi, math.pi, far) == 1)
             local grey = sim.getVisionSensorImg(far)
-            -- Distances in m, 0.1 to 10.1 in 255 parts; columns are 45 degrees apart, and so are rows.
+            -- Distances in m, 0.1 to 10.1 in 255 levels; columns and rows are 45 degrees apart.
             local function at(column, row) return 0.1 + grey:byte(3 * (9 * row + column) + 1) / 255 * 10 end
             local function near(x, y) if math.abs(x - y) > 0.03 then error(x .. ' is not ' .. y, 2) end end
             near(at(4, 2), 1)
@@ -378,12 +378,12 @@ fn six_sensors_make_an_image_of_all_around() {
             near(at(4, 0), 6)
             -- At 45 degrees the distance is greater by the square root of 2.
             near(at(4, 3), math.sqrt(2))
-            -- A single angle, covered by the front sensor alone: the others are not handled.
+            -- Angles that the front sensor alone covers: the other sensors are not measured.
             sim.resetVisionSensor(six[3])
             assert(simVision.handleSpherical(-1, six, math.pi / 3, 0.1, far) == 1)
             assert(sim.readVisionSensor(six[3]) == -1)
             local function why(...) local ok, e = pcall(simVision.handleSpherical, ...) assert(not ok) return e end
-            assert(why(-1, six, 1, 1):find('both are -1'))
+            assert(why(-1, six, 1, 1):find('both are %-1'))
             assert(why(all, {1}, 1, 1):find('6 numbers'))
             assert(why(all, six, 1, 1, six[1]):find('33 x 33: expected equal sizes'))
         end",

@@ -270,8 +270,8 @@ fn what_was_not_written_is_told() {
     }
 }
 
-/// A position target takes two steps to reach: a snapshot taken half way continues the motion; after a restart it
-/// begins anew.
+/// A position target is reached after two steps: a snapshot taken after the first step continues the motion, but a new
+/// run does not continue that of the previous one.
 #[test]
 fn targets_that_are_under_way_go_on() {
     let scene = format!(

@@ -2,7 +2,7 @@
 //! order:
 //!
 //! 1. Results of plugins' threads enter the world. Ended waits of commands that services have called are resumed, and
-//! the services are notified.
+//!    the services are notified.
 //! 2. Recorded calls are repeated, in a replay.
 //! 3. Services take turns, in order of their ids, until all of them release the world and the pause, if any, ends.
 //!

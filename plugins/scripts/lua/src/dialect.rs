@@ -8,7 +8,7 @@ pub(crate) fn check_dialect(dialect: &str) -> Result {
     match dialect.split('.').all(digits) && dialect.split('.').count() <= 3 {
         true => Ok(()),
         false => Err(Fail::argument(
-            "a dialect is the version of V-REP for which a script was written, such as \"3.2\" (before 4.2: Lua 5.1, \
+            "the version of V-REP for which the script was written, such as \"3.2\" (before 4.2: Lua 5.1, \
              scripts continue after errors) or \"4.9\" (Lua 5.4)",
         )),
     }

@@ -184,7 +184,7 @@ fn topics(offer: &mut Offer<Plugin>) {
         |cmd, ros| {
             cmd.param(topic())
             .param(kind(ros))
-            .param(Param::any("callback").text("a function of the script or its name, called with a table for each message"))
+            .param(Param::any("callback").text("a function of the script or its name, called with a table per message"))
             .param(rest("queue"))
             .param(rest("hints"))
             .returns(handle())
@@ -290,7 +290,7 @@ fn services(offer: &mut Offer<Plugin>) {
         |cmd, ros| {
             cmd.param(Param::string("service"))
             .param(kind(ros))
-            .param(Param::any("callback").text("a function of the script or its name: it gets the request, and returns the response"))
+            .param(Param::any("callback").text("a function of the script or its name: maps a request to a response"))
             .returns(handle())
             .text("Offers a service, to scripts of this world and to clients.")
             .example(words(

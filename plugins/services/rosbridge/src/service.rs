@@ -81,8 +81,8 @@ impl Service for Rosbridge {
                 .default(PORT)
                 .text("port of 127.0.0.1 to listen on; 0: any free one"),
             Param::int("ros").range(1.0, 2.0).default(1).text(
-                "version of ROS whose type names and times are used if a subscription names no type; otherwise those of its \
-                 type are used",
+                "version of ROS whose type names and times are used if a subscription names no type; otherwise those \
+                 of its type are used",
             ),
             Param::float("timeout")
                 .unit("s")
@@ -90,10 +90,12 @@ impl Service for Rosbridge {
                 .default(0.5)
                 .text("simulation time after which a robot stops if it receives no further velocity command; 0: never"),
             Param::bool("token").default(false).text(
-                "whether clients must pass the token, which is printed at the start, in the address: ws://127.0.0.1:9090/?token=...",
+                "whether clients must pass the token, which is printed at the start, in the address: \
+                 ws://127.0.0.1:9090/?token=...",
             ),
             Param::string("origins").default("").text(
-                "origins of other servers whose pages may connect, separated by spaces: http://localhost:8080. Programs may always connect",
+                "origins of other servers whose pages may connect, separated by spaces: http://localhost:8080. \
+                 Programs may always connect",
             ),
         ]
     }

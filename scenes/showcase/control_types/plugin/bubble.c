@@ -1,5 +1,5 @@
 // bubble: the behaviour of BubbleRob as a command for scripts, in C.
-//   backing = bubble.drive(left, right, nose)   sets the wheels for one step; call it in each
+//   backing = bubble.drive(left, right, nose)   sets the wheels for one step; call it in each step
 //
 // Build: tatu plugin build      Run the demo: tatu plugin run      The manual: sdk/include/tatu.h
 #include "tatu/command.h"
@@ -9,17 +9,17 @@ static const double AHEAD = 5.0;                              // rad/s, both whe
 static const double BACK_LEFT = -2.5, BACK_RIGHT = -0.625;    // rad/s
 static const double BACK_TIME = 3.0;                          // s
 
-// What each world keeps: plain numbers, no pointers. The host saves it in snapshots, and zeroes it at each start.
+// The state of a world: plain values, no pointers. The host saves it in snapshots, and zeroes it at each start.
 enum { MOST = 64 };
 typedef struct {
-  tatu_object nose;  // by which a robot is recognised; 0: this place is free
+  tatu_object nose;  // identifies the robot; 0: this slot is free
   double back_until; // s
 } robot;
 typedef struct {
   robot robots[MOST];
 } state;
 
-// The memory of a robot, or a free place for it; null if there is none.
+// Returns the slot of a robot, or a free slot for it; NULL if all slots are in use.
 static robot *find(state *kept, tatu_object nose) {
   for (int i = 0; i < MOST; i++)
     if (kept->robots[i].nose == nose || !kept->robots[i].nose) return &kept->robots[i];
@@ -32,7 +32,7 @@ static tatu_status set_speed(tatu_call *call, tatu_object joint, double speed) {
                            TATU_VALUES(tatu_handle(joint), tatu_float(speed)), &none);
 }
 
-// The host has checked the arguments: they are objects of the world.
+// The host has already checked that the arguments are objects of the world.
 static tatu_status TATU_CALL drive(tatu_call *call) {
   const tatu_host_api *host = call->self;
   tatu_object left = tatu_arg_object(call, 0), right = tatu_arg_object(call, 1), nose = tatu_arg_object(call, 2);

@@ -1,4 +1,4 @@
--- Checks bubble: the robot drives ahead, sees the wall, and backs up for 3 s.
+-- Checks bubble: the robot drives ahead, detects the wall, and backs up for 3 s.
 function sysCall_init()
     left, right, nose = sim.getObject(':/leftMotor'), sim.getObject(':/rightMotor'), sim.getObject(':/sensingNose')
     steps_back, done = 0, false

@@ -1,14 +1,14 @@
--- A mote drives ahead and turns away from whatever its range finder sees. It turns to the left or to the right by
--- chance, and its course bends a little to a side of its own, so that a crowd spreads out.
+-- A mote drives ahead and turns away from obstacles that its range finder detects, randomly to the left or the right.
+-- Its course also bends slightly, by a different amount for each mote, so that a crowd spreads out.
 --
--- The script runs side by side with those of all other motes: it reads its sensor and sets its two motors, nothing else.
+-- The script runs in parallel with those of all other motes, because it only reads its sensor and sets its two motors.
 
 local RADIUS = 0.016        -- m, of the wheels
 local TRACK = 0.064         -- m, between the wheels
 local SPEED = 0.20          -- m/s
-local TURN = 3.5            -- rad/s, while something is near
-local BEND = 0.25           -- rad/s, greatest turn while nothing is
-local HOLD = {0.2, 0.7}     -- s: least and greatest time for which a turn goes on
+local TURN = 3.5            -- rad/s, while an obstacle is near
+local BEND = 0.25           -- rad/s, maximum turning rate while no obstacle is near
+local HOLD = {0.2, 0.7}     -- s: minimum and maximum duration of a turn
 
 local left, right, eye, bend, side, until_time
 

@@ -55,19 +55,19 @@ fn models_and_scenes_of_the_clients_side_are_loaded() {
 SIDE = 'FOLDER/side/'
 first = good(vrep.simxLoadModel(client, SIDE + 'crate.toml', 1, WAIT))
 assert first == handle('crate'), first
-# A command later, the library has had its file erased. What is loaded again is the same file.
+# The library erases the file after each load; loading it again must succeed.
 for i in range(5):
     assert good(vrep.simxLoadModel(client, SIDE + 'crate.toml', 1, WAIT)) != first
 assert good(vrep.simxLoadModel(client, SIDE + 'arm.urdf', 1, WAIT)) == handle('arm')
 
-# By hand: transferred, loaded by its name, erased, and then unknown.
+# Manually: transferred, loaded by name, erased, and then unknown.
 good(vrep.simxTransferFile(client, (SIDE + 'crate.toml').encode(), b'mine.toml', 5000, WAIT))
 good(vrep.simxLoadModel(client, 'mine.toml', 0, WAIT))
 good(vrep.simxEraseFile(client, b'mine.toml', WAIT))
 assert vrep.simxLoadModel(client, 'mine.toml', 0, WAIT)[0] == vrep.simx_return_remote_error_flag
 assert 'mine.toml' in good(vrep.simxGetLastErrors(client, WAIT))[0]
 
-# In parts, one a message.
+# In parts, one per message.
 vrep.simxTransferFile(client, (SIDE + 'crate.toml').encode(), b'parts.toml', 5000, vrep.simx_opmode_oneshot_split + 100)
 for _ in range(500):
     if vrep.simxLoadModel(client, 'parts.toml', 0, WAIT)[0] == 0:
@@ -76,7 +76,7 @@ for _ in range(500):
 good(vrep.simxEraseFile(client, b'parts.toml', WAIT))
 good(vrep.simxGetLastErrors(client, WAIT))
 
-# Windows of buttons are not read from files, and that is told.
+# Windows of buttons cannot be loaded from files, and the error states that.
 assert vrep.simxLoadUI(client, SIDE + 'note.txt', 1, WAIT)[0] == vrep.simx_return_remote_error_flag
 assert 'windows of buttons' in good(vrep.simxGetLastErrors(client, WAIT))[0]
 

@@ -55,9 +55,9 @@ pub(crate) enum FromPage {
     Watch { of: u32, values: Vec<Watched> },
     /// Requests data for overlays from now on: contacts, and the centres of mass and velocities of bodies.
     Overlays { contacts: bool, bodies: bool },
-    /// Starts a film, from the next start of the simulation or, during a run, immediately; or ends it. The answer to the
-    /// latter is the film as a page in base64, or null if nothing ran, and the time at which it became too large, or
-    /// null.
+    /// Starts a film, from the next start of the simulation or, during a run, immediately; or ends it. The answer to
+    /// the latter is the film as a page in base64, or null if nothing ran, and the time at which it became too large,
+    /// or null.
     Film { id: u32, on: bool },
     /// Requests the list of all commands.
     Commands {},
