@@ -206,7 +206,7 @@ def test_a_damaged_output(scene, tmp_path, caplog, monkeypatch):
             ran = count_runs(patch)
             rows = tatu_sim.sweep(jobs(), scene, output=out, check=0.0)
         assert rows.without_machine() == whole.without_machine() and len(ran) == 1
-        assert "its last line was written in part and is removed" in caplog.text
+        assert "its last line is incomplete and is removed" in caplog.text
     out.write_bytes(data.replace(b'"key"', b'"kex"', 1))
     with pytest.raises(ValueError, match="line 1: this is not a row of a sweep"):
         tatu_sim.sweep(jobs(), scene, output=out)

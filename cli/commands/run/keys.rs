@@ -14,7 +14,7 @@ fn text(path: &Path) -> IoResult<String> {
     let mut text = String::new();
     File::open(path)?.take(MOST_BYTES + 1).read_to_string(&mut text)?;
     if text.len() as u64 > MOST_BYTES {
-        return Err(IoError::new(ErrorKind::FileTooLarge, format!("it has more than {} MB", MOST_BYTES >> 20)));
+        return Err(IoError::new(ErrorKind::FileTooLarge, format!("it is larger than {} MB", MOST_BYTES >> 20)));
     }
     Ok(text)
 }

@@ -161,7 +161,7 @@ fn least(chains: &[Chain; 2], reach: f64) -> Gap {
     best.map_or((Vector3::zeros(), Vector3::zeros()), |(_, left)| left)
 }
 
-/// Returns the names of the world axes along which most of a vector lies.
+/// Returns the names of the world axes on which a vector has a component of more than 10 % of its length.
 fn axes(v: &Vector3<f64>) -> String {
     let named: Vec<&str> =
         ["x", "y", "z"].into_iter().zip(v.iter()).filter(|(_, x)| x.abs() > 0.1 * v.norm()).map(|(n, _)| n).collect();

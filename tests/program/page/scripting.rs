@@ -79,8 +79,8 @@ fn windows_of_scripts_are_dragged_used_and_closed() {
     shown.end();
 }
 
-/// A scene with two old windows, as the importer stores them: a panel, and one that is shown while its object is
-/// selected.
+/// A scene with two legacy button windows, as the importer stores them: a panel, and a window that is shown while its
+/// object is selected.
 const PANELS: &str = r#"dialect = "3.2"
 data = { "\u0001registered" = '{"collections":[],"collisions":[],"distances":[],"ik_groups":[],"windows":[{"name":"Panel","handle":2060000,"object":-1,"attributes":5,"cells":[12,4],"buttons":[{"handle":3,"attributes":8274,"cells":[12,1,0,0],"labels":["",""],"slider":-0.5},{"handle":4,"attributes":8209,"cells":[12,1,0,1],"labels":["",""],"slider":0},{"handle":5,"attributes":16,"cells":[6,1,0,2],"labels":["&&fg900Go",""],"slider":0},{"handle":6,"attributes":24,"cells":[6,1,6,2],"labels":["Off","On"],"slider":0},{"handle":7,"attributes":19,"cells":[12,1,0,3],"labels":["name",""],"slider":0}]},{"name":"Of the ball","handle":2060001,"object":7,"attributes":1029,"cells":[4,1],"buttons":[]}]}' }
 

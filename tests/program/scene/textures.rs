@@ -70,7 +70,7 @@ fn a_vision_sensor_sees_the_squares_where_they_are() {
     let place = place(&format!("{}{EYE}", floor("")));
     let done = place.tatu(&["run", "scene.toml", "--steps", "2"]).good();
     assert!(done.out.contains("all squares") || done.err.contains("all squares"), "{}", done.err);
-    // A converted scene is the same, with the same bits.
+    // The converted scene produces a bit-identical run.
     place.tatu(&["convert", "scene.toml", "again.toml"]).good();
     let again = place.tatu(&["run", "again.toml", "--steps", "2"]).good();
     let hash = |done: &Done| done.err.split("hash ").nth(1).map(|t| t[..16].to_owned());

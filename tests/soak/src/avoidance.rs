@@ -10,7 +10,7 @@ use crate::arena;
 pub struct Run {
     /// Least path of the base in any whole minute, m.
     pub least_path_m: f64,
-    /// Longest time without a break in which the robot touched one obstacle, s.
+    /// Longest uninterrupted contact with a single obstacle, s.
     pub longest_contact_s: f64,
     /// Greatest roll or pitch of the base, degrees.
     pub greatest_tilt_deg: f64,

@@ -72,7 +72,7 @@ fn round_forms_agree_with_a_fine_mesh() {
             }
             _ => unreachable!(),
         };
-        // With 128 sides and 64 steps per half circle, the mesh is at most 2 * 0.31 mm inside a radius of 1 m.
+        // With 128 sides and 64 steps per half circle, a mesh of radius 1 m lies at most 2 * 0.31 mm below the surface.
         let gap = 6.2e-4;
         let meshed = lathe(&rings, 128);
         let (pose, beam_pose) = (dice.pose(1.5), dice.pose(1.5));

@@ -35,7 +35,7 @@ pub(super) struct Tables {
     pub(super) bodies: Vec<Option<BodyRecord>>,
     /// Joints by id; removed ones leave a gap.
     pub(super) joints: Vec<Option<JointRecord>>,
-    /// Bodies that collide with something, by tree.
+    /// Bodies that can collide, grouped by collision tree.
     pub(super) trees: BTreeMap<u32, Tree>,
     /// Bodies with forces that are cleared after the next advance.
     pub(super) pushed: Vec<BodyId>,

@@ -60,7 +60,7 @@ impl Registry {
         }
         registry.take_places(self).map_err(|lost| {
             Error::new("E305", format!("the new version of {file} no longer offers {lost}"))
-                .expected("a new version that still offers everything except commands")
+                .expected("a new version that keeps everything that the old one offered; only commands may be removed")
                 .help("restart the run to continue without it")
         })?;
         registry.generation = self.generation + 1;

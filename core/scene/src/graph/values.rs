@@ -111,9 +111,9 @@ impl<'a> Keys<'a> {
             Some(Value::Bool(b)) => Ok(Some(vec![*b])),
             Some(Value::List(all)) => {
                 let all = all.iter().map(flag).collect::<Option<_>>();
-                all.map_or_else(|| self.wrong(key, "a list of true or false"), |all| Ok(Some(all)))
+                all.map_or_else(|| self.wrong(key, "a list of booleans"), |all| Ok(Some(all)))
             }
-            Some(_) => self.wrong(key, "true or false"),
+            Some(_) => self.wrong(key, "a boolean or a list of booleans"),
         }
     }
     /// Returns red, green and blue, each from 0 to 1, if the key exists.

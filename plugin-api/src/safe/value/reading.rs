@@ -45,7 +45,7 @@ impl Reading {
         unsafe { std::ptr::copy_nonoverlapping(view.ptr.cast::<u8>(), to.cast::<u8>(), len * each) };
         Reading { elem: view.elem, dims: view.dims, time: view.time, sequence: view.sequence, len, words }
     }
-    /// Returns how often the sensor has measured; 0 if it never has, or not since a reset.
+    /// Returns the number of measurements since the start or the last reset.
     pub fn sequence(&self) -> u64 {
         self.sequence
     }

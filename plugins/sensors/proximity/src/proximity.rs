@@ -164,8 +164,8 @@ impl Sensor for Proximity {
     }
 }
 
-/// Relative difference between a distance and the length of its point up to which the two count as equal, that is,
-/// without noise.
+/// Relative tolerance for comparing the reported distance with the norm of the detected point: if they are equal within
+/// it, no noise was added.
 const SAME: f64 = 1e-9;
 
 #[cfg(test)]

@@ -270,8 +270,8 @@ impl Remote {
         }
     }
 
-    /// Answers a request of a client by a call of its function, and executes the client's requests until the function
-    /// returns.
+    /// Replies to a client's request by calling one of the client's own functions, and serves the client until that
+    /// function returns.
     fn call_back(&self, turn: &Turn<'_>, place: Place, name: &str, args: &[Value]) -> Result<Vec<Value>> {
         self.state()?.talks += 1;
         let results = self.talk(turn, place, name, args);

@@ -217,7 +217,7 @@ impl File {
         }
     }
 
-    /// Reads a file; for any bytes, terminates quickly with a file or an error.
+    /// Parses a file. Any input, however malformed, quickly yields a file or an error.
     pub fn read(bytes: &[u8]) -> Read<File> {
         let header = Header::read(bytes)?;
         let payload = &bytes[header.payload..];

@@ -13,8 +13,8 @@ use super::{
 };
 use crate::stack::{self, reg, registry};
 
-/// Stack layout: the created tables, by object index; below, the objects that existed before the script ran, and the
-/// globals.
+/// Stack slots, from the bottom: the created tables, by object index; the objects that existed before the script ran;
+/// the globals.
 const OBJECTS: i32 = 1;
 const BASELINE: i32 = 2;
 const GLOBALS: i32 = 3;
